@@ -51,9 +51,9 @@ def chart_data(
 ) -> Chart:
     """Returns the numbers of a scenario's charts, as JSON can hold them.
 
-    logs: by controller, each with samples. trials: their rows as from `trial_row`. metrics: those
-    in the chart of metrics. columns: all columns of the results, so that each keeps its colour on
-    every page.
+    logs: by controller, each with samples. trials: their rows as from `trial_row`. metrics: the
+    metrics in the chart of metrics. columns: all columns of the results, so that each keeps its
+    colour on every page.
     """
     names = list(logs)
     every = [log for own in logs.values() for log in own]

@@ -70,7 +70,7 @@ class FolderComparison:
 
     listed: the metrics whose getting worse is a regression. unmatched: trials and columns that only
     one of the folders has. left_out: unreadable files. contests: the compared tables, one contest a
-    folder. matches: the pairs of columns of each contest. analyses: those of the folders.
+    folder. matches: the pairs of columns of each contest. analyses: the analyses of the folders.
     """
 
     baseline: str

@@ -72,7 +72,7 @@ class FolderAnalysis:
 
 
 class _ScenarioTask(NamedTuple):
-    """The arguments of `_analyse_scenario`. stamp: of the scenario's drawing."""
+    """The arguments of `_analyse_scenario`. stamp: stamp of the scenario's drawing."""
 
     root: Path
     paths: Sequence[Path]

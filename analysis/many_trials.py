@@ -65,8 +65,8 @@ def read_some_trials(
 ) -> tuple[list[TrialLog], list[TrialEntry], list[LeftOut]]:
     """Returns the same as `read_trials`, except that it returns only the logs that are drawn.
 
-    rows: of the logs that are measured already. A log without a row, or one that lacks a metric, is
-    opened and measured. Of the logs that are not drawn, only one at a time is in memory.
+    rows: rows of the logs that are measured already. A log without a row, or one that lacks a
+    metric, is opened and measured. Of the logs that are not drawn, only one at a time is in memory.
     """
     names = set(row_columns())
     rows = {path: row for path, row in rows.items() if names <= row.keys()}

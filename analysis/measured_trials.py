@@ -33,8 +33,8 @@ WORDS = tuple(name for name in IDENTITY if name not in NUMBERS)
 class MeasuredTrials(NamedTuple):
     """Measurements of earlier reports that still hold.
 
-    entries: those of logs of which everything is known. values: the metrics, still valid, of all
-    known logs.
+    entries: the entries of logs of which everything is known. values: the metrics, still valid, of
+    all known logs.
     """
 
     entries: Mapping[Path, TrialEntry]
@@ -47,8 +47,8 @@ NOTHING_MEASURED = MeasuredTrials({}, {})
 def read_measured(root: Path, stamps: Mapping[Path, str]) -> MeasuredTrials:
     """Returns the measurements of these logs that were kept in a results folder.
 
-    stamps: of the logs by path. The result is empty if the file is missing or damaged, or if the
-    code has changed.
+    stamps: stamps of the logs by path. The result is empty if the file is missing or damaged, or if
+    the code has changed.
     """
     try:
         return _read(root, stamps)

@@ -33,9 +33,9 @@ EXACT_PAIRS = 64
 class PairedComparison(NamedTuple):
     """Differences, second minus first, over the seeds for which both have a value.
 
-    pairs: how many. left_out: seeds where one of the two has no value. difference: mean. interval:
-    of the mean difference, Student's t. p_value: Wilcoxon's signed-rank test, two-sided. effect:
-    matched-pairs rank-biserial correlation, -1 to 1; positive where the second is larger.
+    pairs: number of pairs. left_out: seeds where one of the two has no value. difference: mean.
+    interval: of the mean difference, Student's t. p_value: Wilcoxon's signed-rank test, two-sided.
+    effect: matched-pairs rank-biserial correlation, -1 to 1; positive where the second is larger.
     """
 
     pairs: int
@@ -161,8 +161,10 @@ def _effect_of_ranks(ranks: Array) -> float:
 def trials_needed(sd: float, difference: float, *, confidence: float = CONFIDENCE) -> int:
     """Returns the number of pairs that show a mean difference with 80% power.
 
-    The test is a two-sided paired t-test. sd: of the paired differences. confidence: that of the
-    interval which is to exclude zero. The number is at least 2, at most MAX_TRIALS_NEEDED.
+    The test is a two-sided paired t-test. sd: standard deviation of the paired differences.
+    confidence: confidence of the
+    interval that is to exclude zero. The number is at least 2, at most
+    MAX_TRIALS_NEEDED.
     """
     if not (sd >= 0.0 and difference > 0.0):
         raise ValueError(f"expected sd >= 0 and difference > 0, got {sd} and {difference}")
@@ -184,7 +186,8 @@ def trials_needed(sd: float, difference: float, *, confidence: float = CONFIDENC
 def detectable_difference(sd: float, pairs: int, level: float) -> float:
     """Returns the mean difference that a two-sided paired t-test shows with 80% power.
 
-    sd: of the differences. level: of the test. NaN for fewer than two pairs.
+    sd: standard deviation of the differences. level: significance level of the test. NaN for fewer
+    than two pairs.
     """
     if pairs < 2:
         return math.nan

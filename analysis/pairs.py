@@ -59,9 +59,9 @@ class Gap(NamedTuple):
 class ComparedPair(NamedTuple):
     """Two columns compared, second minus first, among all pairs of a call.
 
-    comparison: of this pair alone. interval: of the difference; the intervals of all pairs hold
-    together with 95% confidence. p_holm: adjusted for all pairs. can_be_decided: whether this
-    number of pairs of trials can bring p_holm below 5% at all.
+    comparison: comparison of this pair alone. interval: interval of the difference; the intervals
+    of all pairs hold together with 95% confidence. p_holm: adjusted for all pairs. can_be_decided:
+    whether this number of pairs of trials can bring p_holm below 5% at all.
     """
 
     first: str
@@ -208,7 +208,7 @@ def gap(
 def shares_differ(first: pd.Series, second: pd.Series, comparison: PairedComparison) -> bool:
     """Whether trials show that two columns of shares from 0 to 1 differ.
 
-    comparison: that of the two columns. If every pair differs by the same amount, Student's
+    comparison: comparison of the two columns. If every pair differs by the same amount, Student's
     interval has no width, even for two pairs; then Wilson's intervals of both columns must not
     overlap.
     """

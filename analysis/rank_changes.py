@@ -37,8 +37,8 @@ class Placing(NamedTuple):
 class RankChange(NamedTuple):
     """A controller in a clean and in a harsher scenario.
 
-    by_seed: (seeds,) the change of its rank in each seed alone. p_value: of these changes, adjusted
-    for all changes of a call; 0 or 1 where nothing in the trials is random.
+    by_seed: (seeds,) the change of its rank in each seed alone. p_value: p-value of these changes,
+    adjusted for all changes of a call; 0 or 1 where nothing in the trials is random.
     """
 
     clean_scenario: str

@@ -58,8 +58,8 @@ def summary_of(
 ) -> ReportSummary:
     """Returns the summary of these scenarios, each of which has trials.
 
-    totals: of suites with too many worlds to describe them one by one. descriptions: the presets'
-    descriptions; the summary quotes those of controllers that touched something.
+    totals: totals of suites with too many worlds to describe them one by one. descriptions: the
+    presets' descriptions; the summary quotes those of controllers that touched something.
     """
     sentences = [_suite(suite, totals) for suite in dict.fromkeys(t.suite for t in totals)]
     if scenarios:

@@ -66,7 +66,7 @@ class LeftOut(NamedTuple):
 class TrialEntry(NamedTuple):
     """A trial that was read: its row, the reasons of undefined metrics, and its log's path.
 
-    legs, deeds: for trials with a navigator. violations: of the invariants.
+    legs, deeds: for trials with a navigator. violations: violations of the invariants.
     """
 
     row: dict[str, Any]
@@ -78,7 +78,10 @@ class TrialEntry(NamedTuple):
 
 
 class Cell(NamedTuple):
-    """A metric of a controller over its trials. reason: of the first trial without a value."""
+    """A metric of a controller over its trials.
+
+    reason: reason of the first trial without a value.
+    """
 
     controller: str
     metric: str

@@ -41,7 +41,7 @@ class Summary(NamedTuple):
     """The values of one metric over the trials of one cell.
 
     count: the number of different trials with a value. left_out: the number of trials without a
-    value. interval: of the mean, 95%.
+    value. interval: interval of the mean, 95%.
     """
 
     count: int  # type: ignore[assignment]  # nobody counts in it as in a tuple

@@ -173,8 +173,8 @@ def response_table(
 ) -> pd.DataFrame:
     """Returns the means of some metrics at every value of every field, in one scenario.
 
-    rows: of one scenario, from `long_table`. fields: the swept ones. metrics: name -> unit. The
-    table is indexed by (metric at a value, unit), with one column a controller. A controller
+    rows: rows of one scenario, from `long_table`. fields: the swept ones. metrics: name -> unit.
+    The table is indexed by (metric at a value, unit), with one column a controller. A controller
     without the field has the same mean at every value; NaN stands for no mean.
     """
     cells: dict[tuple[str, str], dict[str, float]] = {}

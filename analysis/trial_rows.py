@@ -17,7 +17,10 @@ Row = dict[str, Any]
 
 
 class MeasuredLog(NamedTuple):
-    """A trial's row. reasons: why a metric has no value. violations: of the invariants."""
+    """A trial's row.
+
+    reasons: why a metric has no value. violations: violations of the invariants.
+    """
 
     row: Row
     reasons: dict[str, str]

@@ -21,8 +21,9 @@ class CircleCut:
 
     searched_m: arc length that is searched for the pose closest to the robot; None: half of a side
     of the local costmap, the one along x, or with `defaults_to_longer` the longer one. A negative
-    length is the whole plan with `may_search_all`. takes_first: of equally close poses; else the
-    last one. keeps_two: the local plan never begins with the last pose in reach.
+    length is the whole plan with `may_search_all`. takes_first: whether it takes the first of
+    equally close poses; else the last one. keeps_two: the local plan never begins with the last
+    pose in reach.
     """
 
     searched_m: float | None

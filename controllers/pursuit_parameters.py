@@ -39,7 +39,7 @@ class PursuitParameters(ControllerParameters):
     cost_scaling_gain: Number = Field(
         1.0,
         ge=0.0,
-        description="Factor on the scaled speed near obstacles; below 1 slows down more [-].",
+        description="Factor on the scaled speed near obstacles; below 1 slows down more.",
     )
     inflation_cost_scaling_factor: Number = Field(
         3.0,

@@ -70,11 +70,12 @@ class ControllerSetup:
     footprint_is_circle: the robot was given by a radius, so checks may use the centre alone.
     max_linear_velocity_mps, max_angular_velocity_radps, max_lateral_velocity_mps: what the base can
         do; the last is 0 for a base that cannot move sideways.
-    min_turning_radius_m: of a car-like base, m; 0 for one that turns in place.
+    min_turning_radius_m: least turning radius of a car-like base, m; 0 for one that turns in place.
     response_time_constant_s, max_linear_acceleration_mps2, max_angular_acceleration_radps2: how the
         base answers a command; the limits are inf where it has none.
     costmap_resolution_m, costmap_size_m: cell edge and side length of the local costmap, m.
-    inflation_radius_m, inflation_cost_scaling_factor: of the local costmap's inflation layer.
+    inflation_radius_m, inflation_cost_scaling_factor: parameters of the local costmap's inflation
+    layer.
     tracks_unknown_space: whether the local costmap has unknown cells.
     wants_diagnostics: whether `Decision.diagnostics` should carry arrays for replay and report.
     """
@@ -113,7 +114,7 @@ class Observation:
     plan_id: changes when the navigator hands out a new global plan.
     costmap: the local costmap.
     goal: (3,) last pose of the whole global plan.
-    goal_xy_tolerance_m, goal_yaw_tolerance_rad: of the goal checker.
+    goal_xy_tolerance_m, goal_yaw_tolerance_rad: tolerances of the goal checker.
     goal_xy_reached: the result of the goal checker's isGoalXYReached for this pose.
     speed_limit: None where there is no limit.
     noise_key: names this cycle's random numbers.

@@ -97,7 +97,7 @@ def nearest_name_hint(
     Of a list longer than MAX_LIST_LENGTH, the names most like `name` are told, and `listed_by`,
     the command or page that lists all.
 
-    likeness: from which a name counts as close; more where a wrong hint is worse than none.
+    likeness: least similarity, 0 to 1, of a close name; more where a wrong hint is worse than none.
     """
     known = sorted(known_names)
     if len(str(name)) > MAX_HINTED_LENGTH:

@@ -83,8 +83,8 @@ def collision_stop(
 ) -> Explanation:
     """Returns the reasons of a stop because the arc of a command meets an obstacle.
 
-    name: of the controller. command: (2,) v m/s, w rad/s. ahead_s: time along its arc
-    until the outline touches. rules: those that made the command.
+    name: name of the controller. command: (2,) v m/s, w rad/s. ahead_s: time along its arc
+    until the outline touches. rules: the rules that made the command.
     """
     told = f"on the arc of {command_text(command)} the outline hits an obstacle in {ahead_s:.2f} s"
     stop = SpeedRule("collision stop", 0.0, told, told)

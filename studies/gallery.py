@@ -68,7 +68,7 @@ HEADER = f"""\
 
 `python studies/gallery.py` makes this page. Each picture shows one trial with seed {SEED}: first
 of every scenario, then of every preset. The dashed line is the plan, the star is the goal. To make
-your own, see [scenarios and robots](scenarios.md) and [controllers](controllers.md).
+your own, see [scenarios](scenarios.md), [robots](your_robot.md) and [controllers](controllers.md).
 """
 
 

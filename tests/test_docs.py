@@ -17,12 +17,14 @@ from documents import (
     presets_table,
     scenarios_table,
 )
+from field_table import NOT_IN_FILES
 from plugin_page import DATA_FILE, ShippedPlugin, plugin_page, read_plugins
 
 from drake_navbench.controller import CONTROLLERS
 from drake_navbench.inputs.floor_scenario import SCENARIO_FILES
 from drake_navbench.inputs.presets import preset_files
 from drake_navbench.navigation.costmaps.layer_plugin import COSTMAP_LAYERS
+from drake_navbench.inputs.robot import Robot
 from drake_navbench.plugins.kinds import is_ours
 
 REPOSITORY = Path(__file__).parents[1]
@@ -82,6 +84,24 @@ def test_the_table_of_scenarios_has_a_line_for_every_scenario_and_its_family():
     assert rows["everyday"] == rows["kidnapped"] == "[stress](stress.md)"
     assert rows["two_floors"] == "[missions](missions.md)"
     assert rows["doorway"] == ""
+
+
+def test_the_page_of_robots_has_every_field_and_a_block_like_another_names_it():
+    page = GENERATED["robots.md"]
+    parts = {
+        part for name in re.findall(r"^\| `([\w.]+)` \|", page, re.M) for part in name.split(".")
+    }
+    parts |= {
+        part for name in re.findall(r"^## `([\w.]+)`", page, re.M) for part in name.split(".")
+    }
+    schema = Robot.model_json_schema()
+    known = {name for block in schema["$defs"].values() for name in block.get("properties", {})}
+    chosen = {"plugin"}
+    assert {*schema["properties"], *known} - parts == {*NOT_IN_FILES, *chosen}
+    here = page.partition("## `navigation.local_costmap`")[2].partition("## ")[0]
+    assert "| Nav2's voxel layer. Fields of `navigation.local_costmap.obstacle_layer`. |" in here
+    assert "| `voxel_layer.z_voxels` |" in here
+    assert "| `voxel_layer.marking` |" not in here
 
 
 @pytest.mark.parametrize("name", TABLES)

@@ -22,7 +22,7 @@ STEM = re.compile(r"\w[\w.-]*")
 
 
 class Drawing(NamedTuple):
-    """The figures of a scenario and the numbers of its charts. log_count: of drawn logs."""
+    """The figures of a scenario and the numbers of its charts. log_count: number of drawn logs."""
 
     figures: list[FigureEntry]
     chart: dict[str, Any] | None

@@ -40,7 +40,8 @@ QUANTITIES = 3
 class Standing(NamedTuple):
     """The place of a controller on the leaderboard, with the numbers behind it.
 
-    interval: of the rank. success: the share of trials that arrived, with Wilson's interval.
+    interval: interval of the rank. success: the share of trials that arrived, with Wilson's
+    interval.
     touched: the number of trials that ended at a contact. time_s: the time to the goal of the
     trials that arrived, as the mean over the scenarios.
     """

@@ -26,7 +26,7 @@ BATCH_PAIRS = 200_000
 def times_to_collision(
     poses: Array, twists: Array, footprint: Array, edges: Array, *, horizon_s: float = math.inf
 ) -> Array:
-    """Returns the time until the footprint touches an edge at a kept twist, (T,) s; inf: never.
+    """Returns the time until the footprint touches an edge at a constant twist, (T,) s; inf: never.
 
     poses: (T, 3) x m, y m, yaw rad. twists: (T, 3) v m/s, w rad/s, vy m/s. footprint: (K, 2)
     corners in the base frame, m. edges: (E, 4) x0, y0, x1, y1 of the obstacles' closed outlines in

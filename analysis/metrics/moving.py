@@ -25,7 +25,7 @@ MAX_CLEARANCE_M = 5.0
 
 @metric(unit="", better="lower", title="Collisions with what stands")
 def standing_collision_count(log: TrialLog) -> float:
-    """Whether the trial ended at a contact with something that stands, in a world that moves.
+    """Whether the trial ended at a standing obstacle; only in worlds where something moves.
 
     Formula: 1 or 0. The mean over trials is the share of such trials.
     """
@@ -35,7 +35,7 @@ def standing_collision_count(log: TrialLog) -> float:
 
 @metric(unit="", better="lower", title="The robot ran into what moves")
 def ran_into_moving_count(log: TrialLog) -> float:
-    """Whether the trial ended at a contact with something moving to which the robot drove.
+    """Whether the trial ended because the robot ran into something that moves.
 
     Formula: 1 where the robot's point of contact closed the gap at least as fast as the other
     body's, both along the line between them, else 0. HuNavSim distinguishes the two cases by
@@ -48,7 +48,7 @@ def ran_into_moving_count(log: TrialLog) -> float:
 
 @metric(unit="", better="lower", title="What moves ran into the robot")
 def was_run_into_count(log: TrialLog) -> float:
-    """Whether the trial ended at a contact with something moving that came to the robot.
+    """Whether the trial ended because something that moves ran into the robot.
 
     Formula: 1 where the other body closed the gap faster than the robot did, else 0. A body on a
     given way does not avoid the robot: it runs into a robot that rests on its way.
@@ -73,7 +73,7 @@ def min_moving_clearance_m(log: TrialLog) -> float:
 
 @metric(unit="s", better="higher", title="Shortest time to collision with what moves")
 def moving_time_to_collision_min_s(log: TrialLog) -> float:
-    """Shortest time until footprint and something moving would have met, both going on evenly.
+    """Shortest time until the footprint would have met something that moves, at constant twists.
 
     Formula: minimum over the trial, every 0.1 s, of the time to contact of the outlines, the robot
     on its circle or line, the other body with its velocity of the next 0.1 s; up to 10 s.

@@ -132,7 +132,7 @@ def danger_time_ratio(log: TrialLog) -> float:
 
 @metric(unit="s", better="higher", title="Shortest time to collision")
 def time_to_collision_min_s(log: TrialLog) -> float:
-    """Shortest time until the footprint would have touched an obstacle at a kept twist.
+    """Shortest time until the footprint would have touched an obstacle at constant v and w.
 
     Formula: minimum over the trial, every 0.1 s, of the exact time to contact of the footprint on
     its circle or line, up to 10 s.

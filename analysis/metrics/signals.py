@@ -24,12 +24,12 @@ MIN_WINDOW_SAMPLES = 5
 class Motion:
     """True motion on an even grid.
 
-    period_s: of the grid. v_mps, w_radps, vy_mps: (N,) as logged; vy is 0 where the robot cannot
-    move sideways. Fitted over DERIVATIVE_WINDOW_S, (N,) each: smooth_v_mps, acceleration_mps2 and
-    jerk_mps3 of v; smooth_w_radps, angular_acceleration_radps2 and angular_jerk_radps3 of w;
-    smooth_vy_mps, lateral_acceleration_mps2 and lateral_jerk_mps3 of vy. They are derivatives of
-    the velocity's components; the terms from the turning of the base frame (v w, vy w) are not
-    included.
+    period_s: period of the grid. v_mps, w_radps, vy_mps: (N,) as logged; vy is 0 where the robot
+    cannot move sideways. Fitted over DERIVATIVE_WINDOW_S, (N,) each: smooth_v_mps,
+    acceleration_mps2 and jerk_mps3 of v; smooth_w_radps, angular_acceleration_radps2 and
+    angular_jerk_radps3 of w; smooth_vy_mps, lateral_acceleration_mps2 and lateral_jerk_mps3 of vy.
+    They are derivatives of the velocity's components; the terms from the turning of the base frame
+    (v w, vy w) are not included.
     """
 
     period_s: float

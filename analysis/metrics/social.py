@@ -45,7 +45,7 @@ WANTS_TO_WALK_MPS = 0.1
 
 @metric(unit="", better="lower", title="The robot ran into a person")
 def ran_into_person_count(log: TrialLog) -> float:
-    """Whether the trial ended at a contact with a person to whom the robot drove.
+    """Whether the trial ended because the robot ran into a person.
 
     Formula: 1 where the robot's point of contact closed the gap at least as fast as the person's
     did, both along the line between them, else 0.
@@ -58,7 +58,7 @@ def ran_into_person_count(log: TrialLog) -> float:
 
 @metric(unit="", better="lower", title="A person ran into the robot")
 def person_ran_into_robot_count(log: TrialLog) -> float:
-    """Whether the trial ended at a contact with a person who came to the robot.
+    """Whether the trial ended because a person ran into the robot.
 
     Formula: 1 where the person closed the gap faster than the robot did, else 0.
     Source: "person on robot collision" of SEAN 2.0 (Tsoi et al. 2022) and HuNavSim.
@@ -70,7 +70,7 @@ def person_ran_into_robot_count(log: TrialLog) -> float:
 
 @metric(unit="m", better="higher", title="Smallest distance to a person", relevant=0.01)
 def min_person_distance_m(log: TrialLog) -> float:
-    """Smallest distance between the footprint and somebody's body.
+    """Smallest distance between the footprint and a person's body.
 
     Formula: minimum over the trial, every 0.1 s, of the gap between outline and body disc; 0 in a
     trial that ended at such a contact. HuNavSim and SocNavBench take the robot for a disc.

@@ -83,10 +83,10 @@ def write_race_replay(
 ) -> None:
     """Writes a page in which trials of one scenario drive side by side, one colour a controller.
 
-    logs: of different controllers, with at least one sample each. model: the robot's SDF file, or
-    None to draw a prism over its outline. columns: all columns of the results, so that each keeps
-    its colour on every page. reasons: the reasons of each column's decisions, shown at their times.
-    Equal input gives equal bytes.
+    logs: logs of different controllers, with at least one sample each. model: the robot's SDF file,
+    or None to draw a prism over its outline. columns: all columns of the results, so that each
+    keeps its colour on every page. reasons: the reasons of each column's decisions, shown at their
+    times. Equal input gives equal bytes.
     """
     columns = [*columns, *(log.info["controller"] for log in logs)]
     stage = Stage()

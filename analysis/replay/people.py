@@ -66,7 +66,8 @@ def add_people(stage: Stage, path: str, log: TrialLog, *, rgba: Rgba, trial_coun
 def leg_pose(side: float, ahead_m: float) -> RigidTransform:
     """Returns the pose of a leg in the person's frame.
 
-    side: 1 for the left leg, -1 for the right. ahead_m: how far the left foot is before the hips.
+    side: 1 for the left leg, -1 for the right. ahead_m: distance of the left foot ahead of the
+    hips.
     """
     swing = -np.arcsin(np.clip(side * ahead_m / HIP_HEIGHT_M, -1.0, 1.0))
     rotation = RotationMatrix.MakeYRotation(swing)

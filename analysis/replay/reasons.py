@@ -12,8 +12,8 @@ from drake_navbench.logs.text_tables import cell_text
 class Decision(Protocol):
     """One decision with its reasons, as `drake_navbench.trial.why` finds them.
 
-    time_s: that of the control cycle. assurance: how sure it is that these are the reasons of the
-    logged decision.
+    time_s: start of the control cycle, s. assurance: how sure it is that these are the reasons of
+    the logged decision.
     """
 
     @property

@@ -66,10 +66,10 @@ class Ordering(NamedTuple):
 class Concordance(NamedTuple):
     """Number of published orderings that our trials reproduce.
 
-    orderings: the published orderings for which our trials have values. agreeing: those in which
-    our values are in the same order; an exact tie counts one half. level: those in which our values
-    differ by less than 1%, in either direction. without_value: the orderings left out because our
-    trials have no value.
+    orderings: the published orderings for which our trials have values. agreeing: number of
+    orderings in which our values are in the same order; an exact tie counts one half. level: number
+    of orderings in which our values differ by less than 1%, in either direction. without_value: the
+    orderings left out because our trials have no value.
     """
 
     orderings: int

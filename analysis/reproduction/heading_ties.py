@@ -55,7 +55,7 @@ def heading_ties(
 ) -> HeadingTies:
     """Returns the errors and findings that depend on the rule; none for a table without LAST.
 
-    judgements: of all findings, with the rule of the first sample.
+    judgements: judgements of all findings, with the rule of the first sample.
     """
     if LAST not in trials:
         return HeadingTies([], [])

@@ -55,7 +55,7 @@ class PublishedSamples:
 
     @property
     def step_s(self) -> float:
-        """Duration by the number of samples: the publication's dt, short by one sample, s."""
+        """The publication's dt, s: the duration divided by the number of samples, not of steps."""
         return self.duration_s / len(self.time_s)
 
 

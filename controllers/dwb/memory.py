@@ -10,9 +10,9 @@ from drake_navbench.controllers.dwb.kinematics import Kinematics
 class DwbMemory(NamedTuple):
     """The memory of DWB after a cycle.
 
-    plan_id: of the last cycle. kinematics: limits under the last speed limit. critics: the
-    memories of the critics, in their order. plan_begin: index of the first pose of the plan that is
-    still to be driven, in releases in which DWB cuts the plan itself.
+    plan_id: id of the last cycle's plan. kinematics: limits under the last speed limit.
+    critics: the memories of the critics, in their order. plan_begin: index of the first pose of the
+    plan that is still to be driven, in releases in which DWB cuts the plan itself.
     """
 
     plan_id: int | None

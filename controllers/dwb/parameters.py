@@ -126,13 +126,13 @@ class DynamicWindowApproachParameters(ParametersWithCritics):
     )
 
     vx_samples: Count = Field(
-        20, description="Number of forward velocities that are sampled; 1 or less counts as 2 [-]."
+        20, description="Number of forward velocities that are sampled; 1 or less counts as 2."
     )
     vy_samples: Count = Field(
-        5, description="Number of lateral velocities that are sampled; 1 or less counts as 2 [-]."
+        5, description="Number of lateral velocities that are sampled; 1 or less counts as 2."
     )
     vtheta_samples: Count = Field(
-        20, description="Number of yaw rates that are sampled; 1 or less counts as 2 [-]."
+        20, description="Number of yaw rates that are sampled; 1 or less counts as 2."
     )
     sim_period: Duration | None = Field(
         None,

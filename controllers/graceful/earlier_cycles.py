@@ -38,8 +38,8 @@ def run_kilted_cycle(settings_record, scene, plan, near_goal, goal_tolerance, ma
     """Returns the Cycle for one observation, in Jazzy and Kilted.
 
     plan: (M, 3) the rest of the plan after the controller's cut, odometry frame, M at least 1.
-    near_goal: as in `GracefulMemory`. goal_tolerance: of the goal checker, m. Others as in
-    `run_cycle`.
+    near_goal: as in `GracefulMemory`. goal_tolerance: tolerance of the goal checker, m. Others as
+    in `run_cycle`.
     """
     settings = settings_record[0]
     poses = to_robot_frame(plan, scene.x, scene.y, scene.yaw)

@@ -94,24 +94,23 @@ class GracefulParameters(ControllerParameters):
         2.0,
         ge=0.0,
         description="Gain k_phi: how soon the robot turns to the target's heading; 0: "
-        "straight to the target; Humble: 3 [-].",
+        "straight to the target; Humble: 3.",
     )
     k_delta: Number = Field(
         1.0,
         ge=0.0,
-        description="Gain k_delta: how fast the robot turns to the target's heading; Humble: "
-        "2 [-].",
+        description="Gain k_delta: how fast the robot turns to the target's heading; Humble: 2.",
     )
     beta: Number = Field(
         0.4,
         ge=0.0,
-        description="Gain beta: how much the robot slows down in a curve; Humble: 0.2 [-].",
+        description="Gain beta: how much the robot slows down in a curve; Humble: 0.2.",
     )
     lambda_: Number = Field(
         2.0,
         ge=0.0,
         alias=LAMBDA,
-        description="Exponent lambda of the curvature: how sharply the speed falls with it [-].",
+        description="Exponent lambda of the curvature: how sharply the speed falls with it.",
     )
     v_linear_min: Speed = Field(0.1, ge=0.0, description="Least speed [m/s].")
     v_linear_max: Speed = Field(0.5, gt=0.0, description="Largest speed [m/s].")
@@ -159,7 +158,7 @@ class GracefulParameters(ControllerParameters):
         0.25,
         ge=0.0,
         le=100.0,
-        description="Growth of the checked footprint at full speed, as a share [-].",
+        description="Growth of the checked footprint at full speed, as a share.",
     )
     footprint_scaling_step: Speed = Field(
         0.1,
@@ -170,7 +169,7 @@ class GracefulParameters(ControllerParameters):
         1,
         ge=-INSCRIBED,
         le=INSCRIBED,
-        description="Cost below lethal from which another heading is tried [-].",
+        description="Cost below lethal from which another heading is tried.",
     )
     final_rotation_search_step: Angle = Field(
         0.1, ge=0.001, description="Step between headings that are tried [rad]."

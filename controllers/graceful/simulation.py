@@ -97,7 +97,7 @@ def touches(settings, scene, outline, x, y, yaw):
 
 @njit(cache=True)
 def turn_rate_to(settings, scene, angle):
-    """Returns w for turning in place by an angle: in proportion to it, but never too slow."""
+    """Returns w, rad/s, for turning in place by an angle, rad: proportional, with a least rate."""
     w = settings.rotation_scaling_factor * angle * scene.law.max_w
     return math.copysign(1.0, w) * max(abs(w), settings.v_angular_min_in_place)
 

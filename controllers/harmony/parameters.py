@@ -112,7 +112,7 @@ class HarmonyParameters(ControllerParameters):
         0.9,
         ge=0.0,
         lt=1.0,
-        description="Share of a limit above which being near the limit costs [-].",
+        description="Share of a limit above which being near the limit costs.",
     )
     inflation_dist: Length = Field(
         0.35, gt=0.0, description="Clearance of the discs below which closeness costs [m]."
@@ -185,7 +185,7 @@ class HarmonyParameters(ControllerParameters):
         ge=0.0,
         lt=1.0,
         description="Largest error of these three, as a share of them; what the base's answers to "
-        "commands leave of it is added to the error bound, by the speed [-].",
+        "commands leave of it is added to the error bound, by the speed.",
     )
     give_up_distance: Length = Field(
         0.6,

@@ -34,8 +34,8 @@ _SPREAD = 1e10
 class DescentSettings(NamedTuple):
     """The settings of the descent.
 
-    barrier: the barrier parameter, constant. iterations: the most allowed. tolerance: of the slopes
-    of the Lagrangian and of the products of rooms and multipliers.
+    barrier: the barrier parameter, constant. iterations: the most allowed. tolerance: tolerance of
+    the slopes of the Lagrangian and of the products of rooms and multipliers.
     """
 
     barrier: float

@@ -103,17 +103,15 @@ class PolishParameters(Block):
     )
     max_iterations: Count = Field(5, ge=1, description="Iteration limit of IPOPT.")
     carrot_offset: Count = Field(
-        5, ge=0, description="Path points from the trajectory's end to the carrot [-]."
+        5, ge=0, description="Path points from the trajectory's end to the carrot."
     )
     path_weight: Number = Field(
         20.0, ge=0, description="Weight of the mean squared path distance [1/m^2]."
     )
     heading_weight: Number = Field(
-        2.0, ge=0, description="Weight of the mean of 1 - cos(yaw error) [-]."
+        2.0, ge=0, description="Weight of the mean of 1 - cos(yaw error)."
     )
-    obstacle_weight: Number = Field(
-        2.0, ge=0, description="Weight of the mean squared cell cost [-]."
-    )
+    obstacle_weight: Number = Field(2.0, ge=0, description="Weight of the mean squared cell cost.")
     progress_weight: Number = Field(
         2.0, ge=0, description="Weight of the end's distance to the carrot [1/m]."
     )
@@ -121,7 +119,7 @@ class PolishParameters(Block):
         0.5,
         ge=0,
         description="Weight of the mean squared distance to the averaged commands, over the "
-        "sampling variance [-].",
+        "sampling variance.",
     )
     jerk_weight: Number = Field(0.2, ge=0, description="Weight of the mean squared jerk [s^6/m^2].")
     angular_jerk_weight: Number = Field(
@@ -254,9 +252,9 @@ class MppiParameters(ParametersWithCritics):
         1, ge=1, description="Number of optimisation passes in a control cycle."
     )
     temperature: Number = Field(
-        0.3, gt=0, description="Temperature of the softmax over sample costs [-]."
+        0.3, gt=0, description="Temperature of the softmax over sample costs."
     )
-    gamma: Number = Field(0.015, ge=0, description="Factor on the cost of the control effort [-].")
+    gamma: Number = Field(0.015, ge=0, description="Factor on the cost of the control effort.")
     vx_max: Speed = Field(0.5, description="Largest forward velocity [m/s].")
     vx_min: Speed = Field(-0.35, description="Smallest forward velocity; negative: reverse [m/s].")
     vy_max: Speed = Field(0.5, ge=0, description="Largest sideways velocity [m/s].")

@@ -73,7 +73,7 @@ class Polish:
     """A program for one controller; solves are independent of each other.
 
     steps: N. dt_s: step of the horizon. first_time_s: when column 0 is driven, 0 for now.
-    knot_count: K, control points a spline. max_iterations: IPOPT's limit. weights: of the
+    knot_count: K, control points a spline. max_iterations: IPOPT's limit. weights: weights of the
     objective. limits: accelerations, and the velocities at no speed limit.
     """
 

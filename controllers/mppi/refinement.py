@@ -40,7 +40,7 @@ class Refinement(NamedTuple):
     """A polished cycle.
 
     state: the sampler's state, before sending. trajectory: (N, 3) poses of its sequence. status:
-    whether the polished sequence is in it. outcome: of the solve.
+    whether the polished sequence is in it. outcome: outcome of the solve.
     """
 
     state: SamplerState

@@ -39,13 +39,14 @@ class Furthest(IntEnum):
 class Rules(NamedTuple):
     """The behaviour of the controller in one release.
 
-    cuts_plan: it cuts the local plan itself. takes_first_of_equals: of equally close poses; else
-    the last one. goal, furthest: see `Goal` and `Furthest`. heads_as_goal: near the goal the wanted
-    heading is the goal's; else that of the local plan's end. turns_at_inversion: where plans are
-    followed to their cusps, these are the goals. predicts_start: the roll-outs and the sequence
-    start from the velocity that the robot can have reached towards the last command; else the
-    roll-outs from the measured velocity, the sequence anywhere. has_accelerations: both obey limits
-    of acceleration. clamps_samples: the samples are averaged as clamped to these limits.
+    cuts_plan: it cuts the local plan itself. takes_first_of_equals: it takes the first of equally
+    close poses; else the last one. goal, furthest: see `Goal` and `Furthest`. heads_as_goal: near
+    the goal the wanted heading is the goal's; else that of the local plan's end.
+    turns_at_inversion: where plans are followed to their cusps, these are the goals.
+    predicts_start: the roll-outs and the sequence start from the velocity that the robot can have
+    reached towards the last command; else the roll-outs from the measured velocity, the sequence
+    anywhere. has_accelerations: both obey limits of acceleration. clamps_samples: the samples are
+    averaged as clamped to these limits.
     filters_first: the filter comes before the limits, in every pass; else after them, once a cycle.
     filters_in_place: it reads values it has already filtered. curves_signed: a car that drives
     backwards in too tight a curve is made to turn the other way. has_validator: the averaged

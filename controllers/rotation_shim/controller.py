@@ -34,7 +34,8 @@ class ShimMemory(NamedTuple):
     """The memory of the Rotation Shim.
 
     primary: the memory of the primary controller. is_turning: turned towards the plan in the last
-    cycle. last_w: the last command's, rad/s; 0 at the start of a goal. plan_id: of the last cycle.
+    cycle. last_w: the last command's, rad/s; 0 at the start of a goal. plan_id: id of the last
+    cycle's plan.
     goal: (x m, y m, yaw rad) of the last cycle. looks_at_plan: this plan may still ask for a turn.
     goal_xy_reached: the goal's position was reached on this plan. The last three matter before
     Lyrical only.

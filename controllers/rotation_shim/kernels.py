@@ -97,7 +97,8 @@ def turns_into_obstacle(settings, angle, w, pose, grid, tracks_unknown, footprin
 def turn_by(settings_record, angle, current_w, pose, grid, tracks_unknown, footprint):
     """Returns the Turn by an angle, rad, with `parameters.as_record` (1,) as settings.
 
-    pose: (x m, y m, yaw rad). grid, tracks_unknown: of the costmap. footprint: (K, 2) m.
+    pose: (x m, y m, yaw rad). grid, tracks_unknown: grid and rule of the costmap. footprint: (K, 2)
+    m.
     """
     settings = settings_record[0]
     w = turn_rate(settings, angle, current_w)

@@ -99,7 +99,7 @@ class RotationShimParameters(ControllerParameters):
         3.2, gt=0.0, description="Largest angular acceleration of a turn in place [rad/s^2]."
     )
     max_cost_threshold: Number = Field(
-        254.0, ge=0.0, description="Cost under the footprint from which a turn is refused [-]."
+        254.0, ge=0.0, description="Cost under the footprint from which a turn is refused."
     )
     simulate_ahead_time: Duration = Field(
         1.0,

@@ -19,7 +19,8 @@ class Rules(NamedTuple):
     cuts_plan: looks at the path handler's part of the plan, which begins at the robot; else at the
         whole plan.
     keeps_position: reached once, it stays so until the next plan.
-    takes_last_pose: of a plan shorter than the sampling distance; else it has no heading.
+    takes_last_pose: it takes the last pose of a plan shorter than the sampling distance; else it
+    has no heading.
     stops_in_time: as in `kernels.Settings`.
     has_cost_threshold: reads `max_cost_threshold`; else a lethal cost ends a turn.
     has_once, has_path_orientations, has_open_loop: reads `rotate_to_heading_once`,

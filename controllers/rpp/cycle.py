@@ -41,10 +41,10 @@ class Aim(NamedTuple):
     """The aim of a cycle's steering, in the base frame: m, rad, 1/m.
 
     lookahead: distance to the carrot (carrot_x, carrot_y), along the plan or straight. curvature,
-    heading_error: of the arc and of the line to the point steered by, the latter turned round where
-    the robot reverses. slowing_curvature: of the arc by which the robot slows down. sign: -1 for
-    reversing, else 1. plan_length: arc length of the local plan. end_distance, goal_angle: straight
-    to its last pose, and the heading there.
+    heading_error: heading error of the arc and of the line to the point steered by, the latter
+    turned round where the robot reverses. slowing_curvature: curvature of the arc by which the
+    robot slows down. sign: -1 for reversing, else 1. plan_length: arc length of the local plan.
+    end_distance, goal_angle: straight to its last pose, and the heading there.
     """
 
     lookahead: float

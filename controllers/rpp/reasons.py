@@ -28,7 +28,7 @@ from drake_navbench.explanation import (
 class CycleFacts(NamedTuple):
     """The facts of a cycle that its outcome does not tell.
 
-    max_v: desired speed under the speed limit, m/s. centre_cost: of the cell below the robot.
+    max_v: desired speed under the speed limit, m/s. centre_cost: cost of the cell below the robot.
     is_cancelling: the robot brakes because the goal is cancelled.
     """
 

@@ -51,8 +51,8 @@ class BandScene(NamedTuple):
     clearance_shares: (m - 1,) the share of the wanted clearance that each inner pose shall keep; it
         gives up as large a share of the slack.
     via_points: (V, 2) m, points that attract the band. via_poses: (V,) index of the attracted pose.
-    turning_radius: of a car, m; 0 without a bound. directions: (m,) in which a car drives through
-        each interval, 1 forward, -1 backward.
+    turning_radius: least turning radius of a car, m; 0 without a bound. directions: (m,) in which a
+        car drives through each interval, 1 forward, -1 backward.
     encounters: with moving obstacles.
     """
 

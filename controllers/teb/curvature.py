@@ -46,7 +46,7 @@ def _rate_curvature(path, rates, steps, ends, multipliers, pulls, weight, blocks
 
     path: LENGTH or TURN. rates: (m,). ends: the rates before and after the band. multipliers:
     (m + 1,) of the accelerations. pulls: (m,) slopes of the Lagrangian by each rate from all other
-    terms; those of the accelerations and of the smoothness are added to it. weight: of the
+    terms; those of the accelerations and of the smoothness are added to it. weight: weight of the
     smoothness. blocks: own (m, 3, 3) and coupled (m, 3, 3), of each interval, and of the interval
     before (first index) with it.
     """
@@ -188,7 +188,7 @@ def _add_pose_terms(poses, scene, weights, positions, matrix):
 def _add_distance_bends(field, point, arm, pull, slope, places, matrix):
     """Adds pull times the curvature of the distance at a point, by x, y and yaw of the pose.
 
-    arm: from the pose to the point, m. slope: of the distance by x and y of the point.
+    arm: from the pose to the point, m. slope: slope of the distance by x and y of the point.
     """
     (x, y), (arm_x, arm_y), (slope_x, slope_y) = point, arm, slope
     by_xx, by_xy, by_yy = sample_curvature(field, x, y)

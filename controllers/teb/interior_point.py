@@ -66,9 +66,10 @@ class Structure(NamedTuple):
 class DescentSettings(NamedTuple):
     """The settings of Newton's method.
 
-    barrier: the barrier parameter, constant. iterations: the most allowed. error_tolerance: of the
-    slopes of the Lagrangian. violation_tolerance: of rows and slacks. The method stops after
-    `review` iterations where the slopes are above `hopeless_error` then.
+    barrier: the barrier parameter, constant. iterations: the most allowed. error_tolerance:
+    tolerance of the slopes of the Lagrangian. violation_tolerance: largest violation of rows and
+    slacks. The method stops after `review` iterations where the slopes are above `hopeless_error`
+    then.
     """
 
     barrier: float = 1e-3
@@ -83,8 +84,8 @@ class Descent(NamedTuple):
     """The result of Newton's method.
 
     z: (N,). converged: the conditions of the barrier problem hold to the tolerances asked for.
-    iterations: steps taken. error: the largest slope of the Lagrangian. violation: by which the
-    rows and their slacks differ.
+    iterations: steps taken. error: the largest slope of the Lagrangian. violation: largest
+    difference between the rows and their slacks.
     """
 
     z: Array
@@ -120,7 +121,7 @@ def _advance(quantities, steps, share, lower, upper, low, high, barrier):
 def _assemble(jacobian, row_stiffness, column_stiffness, structure, matrix, border):
     """Adds J^T diag(row_stiffness) J + diag(column_stiffness); returns the slack's own element.
 
-    matrix: of the other columns. border: (size,) of the slack with them.
+    matrix: matrix of the other columns. border: (size,) of the slack with them.
     """
     columns, positions = structure.columns, structure.positions
     corner = column_stiffness[-1]
@@ -220,7 +221,8 @@ def _largest(numbers):
 def _newton_direction(state, problem, values, jacobian, gradient, steps, targets):
     """Fills the steps (N + R,) of variables and slacks and the rows' next multipliers (R,).
 
-    values, jacobian, gradient: of rows and objective at the variables. Returns whether it could.
+    values, jacobian, gradient: values and derivatives of rows and objective at the variables.
+    Returns whether it could.
     """
     quantities, low, high, multipliers = state
     m, scene, weights, lower, upper, is_equality, structure, barrier = problem

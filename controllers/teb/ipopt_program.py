@@ -39,9 +39,9 @@ class SolverSettings(NamedTuple):
 
     The defaults stop about 1 % above the minimum, with the constraints met to 1e-4. That distance
     is the barrier's, which is never lowered; a smaller barrier also drives harder on the
-    acceleration limits, with twice the jerk in free space. newton_iterations: of Newton's method
-    before IPOPT, at most; where it does not converge, stages follow. is_confirmed: IPOPT confirms
-    every band; otherwise it only gets those on which Newton's method fails.
+    acceleration limits, with twice the jerk in free space. newton_iterations: iterations of
+    Newton's method before IPOPT, at most; where it does not converge, stages follow. is_confirmed:
+    IPOPT confirms every band; otherwise it only gets those on which Newton's method fails.
     """
 
     tolerance: float = 0.3

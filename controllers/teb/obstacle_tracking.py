@@ -95,7 +95,7 @@ def track_obstacles(
 ) -> Tracking:
     """Returns the tracking after a costmap; the same one where the costmap is not a new one.
 
-    field: of the costmap. pose: (3,) of the robot.
+    field: distance field of the costmap. pose: (3,) of the robot.
     """
     if tracking.snapshots and costmap.stamp_s <= tracking.snapshots[-1].stamp_s:
         return tracking

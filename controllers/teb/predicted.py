@@ -37,8 +37,8 @@ class MovingFields(NamedTuple):
 class Encounters(NamedTuple):
     """Which moving thing each inner pose of a band has to keep off, and where that will be.
 
-    fields. things: (m - 1,) index of the nearest thing at the time of each pose, none (0,) where
-    nothing moves. shifts: (m - 1, 2) m, by which it will have moved.
+    fields: of all moving things. things: (m - 1,) index of the thing nearest to each pose at its
+    time; (0,) where nothing moves. shifts: (m - 1, 2) m, displacement of that thing until then.
     """
 
     fields: MovingFields

@@ -26,7 +26,7 @@ from drake_navbench.kernels.grid import FREE, Costmap
 class Surroundings(NamedTuple):
     """The obstacles around the robot.
 
-    costmap: of the standing ones. field: its distances. moving: fields of the moving ones.
+    costmap: costmap of the standing ones. field: its distances. moving: fields of the moving ones.
     """
 
     costmap: Costmap

@@ -267,8 +267,8 @@ class PathBand(NamedTuple):
 def next_wanted_band(graph, walk, length, band, obstacles, known, best, rules):
     """Walks on through a graph until the points (K, 2) m of a path make a band that is wanted.
 
-    length: of the walk's path so far. known, best, rules: see `is_wanted`. Returns the path's new
-    length, poses, time steps and signature; the length is 0 where the walk has ended.
+    length: length of the walk's path so far. known, best, rules: see `is_wanted`. Returns the
+    path's new length, poses, time steps and signature; the length is 0 where the walk has ended.
     """
     points, edges = graph
     goal = points.shape[0] - 1

@@ -134,7 +134,8 @@ def walk_on(edges, walk, length):
     """Moves a walk on to its next path: adds the next point, after going back as far as needed.
 
     edges: (K, K) as a graph's. A path may end at each point that leads to the goal, but does not
-    contain the goal. length: of the path so far. Returns its new length, 0 at the end of the walk.
+    contain the goal. length: length of the path so far. Returns its new length, 0 at the end of the
+    walk.
     """
     path, following, visited = walk.path, walk.following, walk.visited
     goal = path.shape[0] - 1

@@ -11,9 +11,9 @@ from drake_navbench.kernels.arrays import Array
 class Trajectory(NamedTuple):
     """One band of the planner.
 
-    number: its name. poses (n, 3), time_steps (n - 1,) s. cost: that bands are compared by, inf
-    before the first optimisation. chi_squared: see `optimizer.Optimized`. is_optimized: its last
-    optimisation succeeded. preferred_turn: 1 left, -1 right, 0 neither.
+    number: its name. poses (n, 3), time_steps (n - 1,) s. cost: the cost by which bands are
+    compared, inf before the first optimisation. chi_squared: see `optimizer.Optimized`.
+    is_optimized: its last optimisation succeeded. preferred_turn: 1 left, -1 right, 0 neither.
     """
 
     number: int
@@ -49,9 +49,9 @@ class TebUpstreamMemory(NamedTuple):
 
     last_command: (2,) v m/s, w rad/s; zero after a failure. history: (K, 2) past commands over
     their limits, oldest first. oscillated_s: when an oscillation was last seen; before, when the
-    controller was configured: no side is preferred so soon after that. preferred_turn: 1 left,
-    -1 right, 0 neither. plan_id: of the last cycle's plan. plan_begin: index of its first pose that
-    is not dropped.
+    controller was configured: no side is preferred so soon after that. preferred_turn: 1 left, -1
+    right, 0 neither. plan_id: id of the last cycle's plan. plan_begin: index of its
+    first pose that is not dropped.
     """
 
     planner: PlannerState

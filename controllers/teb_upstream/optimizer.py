@@ -44,8 +44,9 @@ LEAST_SPEED = 0.01
 class Optimized(NamedTuple):
     """The result of optimising a band.
 
-    cost: that bands are compared by. chi_squared: of the last step, where divergence is detected,
-    zero where the last round ended early. converged_rounds: rounds that ended early.
+    cost: the cost by which bands are compared. chi_squared: sum of squares of the last step, where
+    divergence is detected, zero where the last round ended early. step_count: steps of all rounds
+    together.
     """
 
     succeeded: bool

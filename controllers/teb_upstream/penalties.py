@@ -65,7 +65,7 @@ def add_edges(poses, steps, count, record, around, attached, multiplier, system)
     """Fills the costs and the motion of the system and, if wanted, its normal equations.
 
     poses (C, 3), steps (C,): the first `count` poses are the band's. record: (1,) the parameters'
-    `kernel_record`. multiplier: of the weight of obstacles.
+    `kernel_record`. multiplier: factor on the weight of obstacles.
     """
     terms = record[0]
     system.costs[:] = 0.0

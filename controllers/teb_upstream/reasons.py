@@ -22,7 +22,8 @@ def explained(
 ) -> Explanation:
     """Returns the reasons of a command.
 
-    bands: the driven one, and the best other one where there is any. penalties: of each, by kind.
+    bands: the driven one, and the best other one where there is any. penalties: penalties of each,
+    by kind.
     """
     columns = ("penalty", "driven", "best other")[: 1 + len(bands)]
     rows: list[Row] = [

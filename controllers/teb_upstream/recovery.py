@@ -54,7 +54,7 @@ def update_preference(
 ) -> TebUpstreamMemory:
     """Returns the memory with the side to turn to; only the present bands prefer it.
 
-    turn_rate: measured, rad/s. length: of the history.
+    turn_rate: measured, rad/s. length: length of the history.
     """
     if not parameters.oscillation_recovery or length == 0:
         return memory

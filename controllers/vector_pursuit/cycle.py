@@ -33,7 +33,8 @@ STRAIGHT_RADIUS_M = sys.float_info.max
 class Command(NamedTuple):
     """The command of a cycle, before the collision check.
 
-    v, w; branch: TRACK, ROTATE_TO_GOAL, ROTATE_TO_PATH or CENTRE_OFF_MAP. radius: of the curve, m.
+    v, w; branch: TRACK, ROTATE_TO_GOAL, ROTATE_TO_PATH or CENTRE_OFF_MAP. radius: radius of the
+    curve, m.
     lookahead: straight distance to the target, which is (target_x, target_y) m, target_yaw in the
     base frame.
     """
@@ -116,7 +117,7 @@ def speed_near_obstacle(settings, v, centre_cost):
 def constrained_speed(settings, max_v, radius, last_v, centre_cost, plan_length, end_distance):
     """Returns the speed on a curve: the least by curve, cost, acceleration and approach.
 
-    plan_length: of the local plan, m; end_distance: from the robot to its last pose, m.
+    plan_length: length of the local plan, m; end_distance: from the robot to its last pose, m.
     """
     curve_v = math.sqrt(settings.max_lateral_accel / abs(1.0 / radius))
     reachable_v = abs(last_v) + settings.max_linear_accel * settings.control_period_s
@@ -169,7 +170,7 @@ def run_cycle(settings_record, plan, pose, max_v, last, goal_tolerance, costmap,
 
     settings_record: (1,) `parameters.as_record`. plan: (M, 3) local plan; pose: (x, y, yaw) of the
     robot, both in the odometry frame, m and rad. max_v: desired speed under the speed limit. last:
-    (v, w) of the last command. goal_tolerance: of the goal checker, m. costmap: (grid,
+    (v, w) of the last command. goal_tolerance: tolerance of the goal checker, m. costmap: (grid,
     tracks_unknown). footprint: (K, 2) m.
     """
     (x, y, yaw), (last_v, last_w), (grid, tracks_unknown) = pose, last, costmap

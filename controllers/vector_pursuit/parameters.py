@@ -47,7 +47,7 @@ class VectorPursuitParameters(PursuitParameters):
         8.0,
         gt=0.0,
         description="Ratio of the time to reach the target position over the time to reach "
-        "its heading [-].",
+        "its heading.",
     )
     desired_linear_vel: Speed = Field(0.5, gt=0.0, description="Cruise speed [m/s].")
     min_turning_radius: Length = Field(

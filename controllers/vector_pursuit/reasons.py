@@ -32,8 +32,8 @@ class CycleFacts(NamedTuple):
     """The facts of a cycle that its outcome does not tell.
 
     settings: (1,) the kernels' record. max_v: desired speed under the speed limit, last_v: of the
-    last command, m/s. centre_cost: of the cell below the robot. plan_length, end_distance: of the
-    local plan, and straight to its end, m.
+    last command, m/s. centre_cost: cost of the cell below the robot. plan_length, end_distance:
+    lengths of the local plan, and straight to its end, m.
     """
 
     parameters: VectorPursuitParameters

@@ -105,9 +105,9 @@ def plan_campaign(
 ) -> Campaign:
     """Returns every trial of a campaign, all input checked; raises InputError.
 
-    points: those of a sweep, values by field; one empty point without a sweep. Without scenarios or
-    presets the five published scenarios or the default presets drive. An input given twice runs
-    once; different inputs of the same name are refused.
+    points: the points of a sweep, values by field; one empty point without a sweep. Without
+    scenarios or presets the five published scenarios or the default presets drive. An input given
+    twice runs once; different inputs of the same name are refused.
     """
     entries = tuple({str(entry): entry for entry in scenarios}.values()) or PUBLISHED_SCENARIOS
     loaded = [entry if isinstance(entry, Scenario) else load_scenario(entry) for entry in entries]

@@ -56,8 +56,8 @@ def _is_from_here(hosts: Sequence[str] | None, origin: str | None) -> bool:
 class LiveServer:
     """An HTTP server, for a `with` statement.
 
-    scene_address: of the Meshcat whose scene the pages show, which has its textures. port: 0 for a
-    free one. Raises InputError where the port is taken.
+    scene_address: address of the Meshcat whose scene the pages show, which has its textures. port:
+    0 for a free one. Raises InputError where the port is taken.
     """
 
     def __init__(self, scene_address: str = "", *, port: int = 0) -> None:

@@ -20,9 +20,10 @@ from drake_navbench.typed_files.typed_yaml import validate
 def logged_trial(log: TrialLog, path: Path) -> TrialSpec:
     """Returns the specification of a logged trial; raises InputError.
 
-    path: of the log. In a results folder, whose manifest holds the request of the run, its inputs
-    are loaded again. For a log anywhere else, scenario and column are searched among the built-in
-    ones, with the default robot. The log's identity tells whether they are the driven ones.
+    path: path of the log. In a results folder, whose manifest holds the request of the run, its
+    inputs are loaded again. For a log anywhere else, scenario and column are searched among the
+    built-in ones, with the default robot. The log's identity tells whether they are the driven
+    ones.
     """
     scenario, column = log.info["scenario"]["name"], log.info["controller"]
     request = _request(path) or _built_in(scenario, column)

@@ -76,7 +76,7 @@ class Request(FrozenModel):
 
     controllers: presets and variants by name. parameter_files: more columns, from files.
     nav2_files: whole Nav2 files, merged, which give columns and the robot. against: more whole
-    files, whose columns drive with their own settings. names: of the columns, by file.
+    files, whose columns drive with their own settings. names: names of the columns, by file.
     substitutions: values for placeholders in these files. nav2_release: the release that Nav2 files
     are written for; None: their own marks tell it. packages: folders in which packages are searched
     that a robot's model or a world names. original: the build of Nav2 whose originals drive beside

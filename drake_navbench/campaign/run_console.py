@@ -55,7 +55,7 @@ def print_tables(
 ) -> None:
     """Prints a table for each scenario that the totals leave out, then the totals.
 
-    told: the scenarios in the totals. names: of the metrics in the tables.
+    told: the scenarios in the totals. names: names of the metrics in the tables.
     """
     impossible = {spec.scenario.name for spec in campaign.specs if spec.scenario.is_impossible}
     if campaign.sweep:

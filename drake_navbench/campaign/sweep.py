@@ -32,7 +32,7 @@ SHOWN_DIGITS = 6
 class Axis:
     """A swept field: `column.parameter`, or a field of the robot or the scenario, and its values.
 
-    text: the user's text, for errors. values: those of a grid, () where only bounds are given.
+    text: the user's text, for errors. values: the values of a grid, () where only bounds are given.
     bounds: low and high of a range, None for a list.
     """
 

@@ -62,8 +62,8 @@ def print_table(
     Controllers or metrics stand below one another, whichever takes fewer lines. What does not fit
     the console's width is spread evenly over several tables. No number is ever wrapped or cut.
 
-    lines_of: what the table's columns are. best: the controller that is shown to be best, by
-    metric; its number gets a star.
+    lines_of: noun for the columns, for the heading. best: the controller that is shown to be best,
+    by metric; its number gets a star.
     """
     console.print(Text(title, style="bold"))
     layouts = [

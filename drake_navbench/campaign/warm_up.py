@@ -48,7 +48,7 @@ class Cold:
     """Trials with parts that are not compiled yet.
 
     columns: one trial for each controller whose kernels are missing. worlds: one trial for each
-    other missing part, such as people. names: of the missing parts, for messages.
+    other missing part, such as people. names: names of the missing parts, for messages.
     """
 
     columns: tuple[TrialSpec, ...]
@@ -118,8 +118,8 @@ def world_parts(spec: TrialSpec) -> set[str]:
 class WarmUp(NamedTuple):
     """A task that compiles kernels.
 
-    part: the part of trials that needs the kernels, for messages. parts: those whose kernels are
-    compiled when this task and all before it have ended.
+    part: the part of trials that needs the kernels, for messages. parts: the parts whose kernels
+    are compiled when this task and all before it have ended.
     """
 
     task: Task
@@ -250,7 +250,7 @@ def decide_in_scenes(column: TrialSpec) -> int:
 
 
 def drive_briefly(column: TrialSpec) -> None:
-    """Drives a column for a moment, and measures it."""
+    """Drives a column for a moment and computes its metrics, so that all kernels get compiled."""
     from drake_navbench.analysis.trial_rows import trial_row
     from drake_navbench.trial.trial import simulate
 
@@ -260,7 +260,7 @@ def drive_briefly(column: TrialSpec) -> None:
 
 
 def drive_world_briefly(spec: TrialSpec) -> None:
-    """Drives a trial's robot through its world for a moment, and measures it.
+    """Drives a trial's robot for WORLD_WARM_UP_S, so that the kernels of its world get compiled.
 
     A simple controller drives, as third-party controllers are left to the trials.
     """

@@ -29,7 +29,7 @@ def build_parser() -> argparse.ArgumentParser:
         metavar="LOG|DIR",
     )
     option("--mcap", "write each trial as a rosbag2 folder (MCAP), with layouts for viewers")
-    option("--csv", "write the samples as comma-separated values")
+    option("--csv", "write the samples of each log as a table")
     option("--tum", "write the true and the estimated trajectory")
     option("--out DIR", "folder to write into (DIR/export, or beside the log)", Path)
     option("--jobs N", "parallel processes (2)", positive_number, 2)

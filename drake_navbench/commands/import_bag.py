@@ -45,7 +45,7 @@ def build_parser() -> argparse.ArgumentParser:
     option(
         "--controller NAME",
         "column to file the trials under (recording; for a bag that `export` wrote: its "
-        "column-recording)",
+        "column's name and -recording)",
         default="",
     )
     option(

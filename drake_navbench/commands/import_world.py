@@ -21,6 +21,8 @@ conversion:
 
 example:
   drake-navbench import-world house.world --start 0 0 0 --goal 5 2 0
+
+exit status: 0 done, 2 wrong input
 """
 
 

@@ -55,7 +55,11 @@ def _add_what(parser: argparse.ArgumentParser) -> None:
     option("--map FILE", "map as the world, with --start", Path)
     option("--start X Y YAW", "start pose on the map, m, m, rad", float)
     option("--robot NAME|FILE", "robot (wheelchair)", default="wheelchair")
-    option("--goal", "send the scenario's goal to the stack, and end when the stack has ended it")
+    option(
+        "--goal",
+        "send the scenario's goal to the stack, and end when the stack reports that it was "
+        "reached, aborted or cancelled",
+    )
 
 
 def _add_ros(parser: argparse.ArgumentParser) -> None:

@@ -95,7 +95,9 @@ def build_parser() -> argparse.ArgumentParser:
     option("--out DIR", "folder for the logs (results/gate-<time>)", Path)
     option("--markdown FILE", "file for the report (standard output)", Path)
     option("--junit FILE", "also write the report as JUnit XML", Path)
-    option("--replay DIR", "also show the worst seed of base and head as replays", Path)
+    option(
+        "--replay DIR", "folder for replays of the worst seed, one of base and one of head", Path
+    )
     return parser
 
 

@@ -26,7 +26,8 @@ def build_parser() -> argparse.ArgumentParser:
     option = Options(parser)
     option(
         "log",
-        "log of a trial, trials/*/*/trial_*.parquet, or a results folder: its worst trial",
+        "log of a trial, trials/*/*/trial_*.parquet, or a results folder: its trial with the worst "
+        "outcome, of several the one with the smallest clearance",
         Path,
         metavar="LOG|DIR",
     )

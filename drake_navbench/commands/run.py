@@ -67,14 +67,17 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def add_what_drives(parser: argparse.ArgumentParser) -> None:
-    """Adds the options of controllers and robot."""
+def add_what_drives(parser: argparse.ArgumentParser, *, has_defaults: bool = True) -> None:
+    """Adds the options of controllers and robot.
+
+    has_defaults: whether the command drives the default controllers where none is named.
+    """
+    default = " (default: dwb, rpp, teb, teb_upstream, mppi, mppi_nav2)" if has_defaults else ""
     option = Options(parser.add_argument_group("robot and controllers"))
     option(
         "--controllers LIST",
         "presets, comma-separated; name:param=value[:param=value] is a variant, "
-        "path/to/file.py:Class a controller of yours (default: dwb, rpp, teb, teb_upstream, mppi, "
-        "mppi_nav2)",
+        f"path/to/file.py:Class a controller of yours{default}",
     )
     option(
         "--original BUILD",
@@ -118,13 +121,17 @@ class _Once(argparse.Action):
         setattr(namespace, self.dest, values)
 
 
-def add_where(parser: argparse.ArgumentParser) -> None:
-    """Adds scenarios, and the options of maps and worlds."""
+def add_where(parser: argparse.ArgumentParser, *, has_defaults: bool = True) -> None:
+    """Adds scenarios, and the options of maps and worlds.
+
+    has_defaults: whether the command takes the published scenarios where none is named.
+    """
+    default = " (default: the published five)" if has_defaults else ""
     option = Options(parser.add_argument_group("scenarios and maps"))
     option(
         "scenarios",
-        "scenarios: names, YAML files, or Gazebo worlds with --start and --goal or with --goals "
-        "(default: the published five)",
+        "scenarios: names, YAML files, or Gazebo worlds with --start and --goal or with --goals"
+        f"{default}",
         default=[],
         nargs="*",
         metavar="SCENARIO",
@@ -147,8 +154,11 @@ def add_where(parser: argparse.ArgumentParser) -> None:
     option("--worlds LIST", "numbers of the BARN worlds, such as 3,10-20,100-299:50 (all)")
 
 
-def add_nav2_files(parser: argparse.ArgumentParser) -> None:
-    """Adds the options of preset files and Nav2 files."""
+def add_nav2_files(parser: argparse.ArgumentParser, *, checks: bool = True) -> None:
+    """Adds the options of preset files and Nav2 files.
+
+    checks: whether --help shows --check; a command without it refuses the option itself.
+    """
     option = Options(parser.add_argument_group("parameter files and Nav2"))
     option(
         "--params FILE ...",
@@ -170,12 +180,13 @@ def add_nav2_files(parser: argparse.ArgumentParser) -> None:
     )
     option(
         "--name ALIAS=FILE ...",
-        "names for the columns of a Nav2 file (the parts in which the files' paths differ)",
+        "name that begins the columns of a Nav2 file, where there are several (the part in which "
+        "the files' paths differ)",
     )
     option(
         "--set NAME=VALUE ...",
-        "value for $(var NAME) or <NAME> in the Nav2 files, or of an argument of the robot's "
-        "xacro file",
+        "value for $(var NAME) or <NAME> in the Nav2 files, or for an argument of the "
+        "robot's xacro file",
     )
     option(
         "--nav2-release",
@@ -186,7 +197,9 @@ def add_nav2_files(parser: argparse.ArgumentParser) -> None:
     option(
         "--check",
         "print how each parameter of the Nav2 files and each part of the robot's model is used, "
-        "and drive nothing",
+        "and drive nothing"
+        if checks
+        else argparse.SUPPRESS,
     )
 
 
@@ -254,8 +267,8 @@ def _add_results(parser: argparse.ArgumentParser) -> None:
     option("--metric FILE.py:NAME ...", "add a metric: a function of yours, decorated with @metric")
     option(
         "--columns LIST",
-        "metrics that the terminal shows beside how trials ended (time, clearance, length, "
-        "distance from the path, jerk)",
+        "metrics that the terminal shows beside how trials ended (time_to_goal_s, min_clearance_m, "
+        "driven_length_m, cross_track_error_mean_m, jerk_rms_mps3)",
         listed_names,
         (),
     )

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 SUFFIXES = (".html", ".svg", ".png")
 EPILOG = """\
 what is drawn:
-  a scenario, map or world   walls, costmap, start, goal, plan, everybody's way
+  a scenario, map or world   walls, costmap, start, goal, plan, people's ways
   --robot alone              outline, fields of lidar, depth and range sensors
   --nav2, --params,          for each controller, around the robot: lookahead,
   --controllers              horizon, inflation, local costmap, sensors' ranges
@@ -57,9 +57,9 @@ def build_parser() -> argparse.ArgumentParser:
         description="Draws what `run` would drive, with the same arguments: look before you drive.",
         epilog=EPILOG,
     )
-    add_what_drives(parser)
-    add_where(parser)
-    add_nav2_files(parser)
+    add_what_drives(parser, has_defaults=False)
+    add_where(parser, has_defaults=False)
+    add_nav2_files(parser, checks=False)
     # None: no robot is named. A named robot is drawn where no scene is asked for.
     parser.set_defaults(robot=None)
     option = Options(parser.add_argument_group("output"))
@@ -67,8 +67,8 @@ def build_parser() -> argparse.ArgumentParser:
     option("--quiet", "print errors only")
     option(
         "--out FILE",
-        "p.html, p.svg or p.png; several pictures are p.svg, p-2.svg ... (opens a page in the "
-        "browser)",
+        "picture to write, .html, .svg or .png; several are p.svg, p-2.svg ... (opens a page in "
+        "the browser)",
         Path,
     )
     return parser

@@ -22,7 +22,7 @@ _REFERENCE = re.compile(r"(?P<path>[^:=]+\.py)(?::(?P<rest>.*))?", re.DOTALL)
 class ControllerFile(NamedTuple):
     """A class in a file, with the file's digest at the time of reading.
 
-    path: absolute. sha256: of its bytes; a file with another content is not run.
+    path: absolute. sha256: digest of its bytes; a file with another content is not run.
     """
 
     path: Path

@@ -282,7 +282,10 @@ class _Table:
         return fields | {"beam_count": sensor.fields["column_count"]}
 
     def note_turning(self, centre: Array | None, fields: Mapping[str, Any]) -> None:
-        """Notes a base that turns about another place than its frame's origin, as here."""
+        """Adds a remark where the model turns about another point than the base frame's origin.
+
+        centre: (2,) m in the base frame, the middle of the driven wheels; None: not known.
+        """
         is_car = fields.get("drive", {}).get("type") == ACKERMANN
         if centre is None or is_car or np.hypot(*centre) < FAR_CENTRE_M:
             return

@@ -29,8 +29,8 @@ Lag = Annotated[float, Within(LEAST_LAG_S, 3600.0)]
 class MotionBounds(NamedTuple):
     """The upper bounds of a base's motion; inf where there is no bound.
 
-    speed_mps, yaw_rate_radps: of the base origin. acceleration_mps2, yaw_acceleration_radps2: of
-    the growth of those two.
+    speed_mps, yaw_rate_radps: largest speed and yaw rate of the base origin. acceleration_mps2,
+    yaw_acceleration_radps2: largest accelerations of the base origin.
     """
 
     speed_mps: float

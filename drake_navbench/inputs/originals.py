@@ -16,7 +16,7 @@ _REFERENCE = re.compile(r"(?P<name>[^@=]+)@(?P<build>[^:=]*)(?::(?P<rest>.*))?",
 class Original(NamedTuple):
     """The controller that `name@build:param=value` names.
 
-    name: of a preset whose controller has an original, or that original's plugin type itself.
+    name: name of a preset whose controller has an original, or that original's plugin type itself.
     """
 
     name: str

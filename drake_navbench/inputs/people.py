@@ -95,7 +95,7 @@ class OrcaSettings(FrozenModel):
         10, ge=0, le=1000, description="Number of nearest people that are avoided."
     )
     max_speed_ratio: float = Field(
-        1.5, ge=1.0, le=5.0, description="Largest speed over the desired speed [-]."
+        1.5, ge=1.0, le=5.0, description="Largest speed over the desired speed."
     )
     margin_m: Length = Field(
         0.1,

@@ -37,9 +37,9 @@ class Row(NamedTuple):
 class RecordedPeople:
     """The people of a recording who are in the world during a trial.
 
-    names, groups: of each person; group -1: alone. radius_m: radius of all bodies. knots: (K, 5) of
-    all people, see `kernels.recorded_walks`, in the world's frame and the trial's time. firsts: (P
-    + 1,) each person's first row. lines: (K,) the line of each knot in the file.
+    names, groups: name and group of each person; group -1: alone. radius_m: radius of all bodies.
+    knots: (K, 5) of all people, see `kernels.recorded_walks`, in the world's frame and the trial's
+    time. firsts: (P + 1,) each person's first row. lines: (K,) the line of each knot in the file.
     """
 
     names: list[str]

@@ -227,8 +227,8 @@ def load_robot(
 
     A model in SDF, URDF or xacro is a robot as the model describes it, with defaults for the rest.
     Raises InputError where the name is unknown, or the file or an override is wrong;
-    `overrides_source` names the overrides in the error. arguments: of xacro. packages: folders
-    searched for ROS packages. known: facts about a model's base from elsewhere.
+    `overrides_source` names the overrides in the error. arguments: arguments of xacro. packages:
+    folders searched for ROS packages. known: facts about a model's base from elsewhere.
     """
     if is_model(name_or_path):
         path = Path(name_or_path).absolute()

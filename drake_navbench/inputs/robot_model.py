@@ -22,7 +22,7 @@ class RobotModel(NamedTuple):
     """The outline and the mass of a model.
 
     outline: (K, 2) m, convex, counter-clockwise, around the whole robot as seen from above, in the
-    frame of its base link. mass_kg: of all links together.
+    frame of its base link. mass_kg: mass of all links together.
     """
 
     outline: Array

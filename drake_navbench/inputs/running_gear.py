@@ -61,9 +61,9 @@ class RunningGear(Immutable):
     """Wheels, casters and weight of a robot; the base frame lies on the floor under the axle.
 
     model: the file. axles: names of the joints of the left and the right driven wheel. axle_signs:
-    1 where a joint rolls ahead, -1 where it rolls backwards. wheel_inertia_kgm2: of one of them
-    about its axle. mass_kg, center_m (3,), yaw_inertia_kgm2 (about the base origin): of all bodies,
-    with the load. load_kg, load_position (3,) m: mass beyond that of the model's bodies.
+    1 where a joint rolls ahead, -1 where it rolls backwards. wheel_inertia_kgm2: inertia of one of
+    them about its axle. mass_kg, center_m (3,), yaw_inertia_kgm2 (about the base origin): of all
+    bodies, with the load. load_kg, load_position (3,) m: mass beyond that of the model's bodies.
     """
 
     model: Path
@@ -151,7 +151,8 @@ def _loaded(
 ) -> RunningGear:
     """Returns the running gear with the load beyond the mass of its model's bodies.
 
-    mass_kg: of robot and load. place: of the load, (3,) m; None: at the bodies' centre of mass.
+    mass_kg: mass of robot and load. place: position of the load, (3,) m; None: at the bodies'
+    centre of mass.
     """
     load_kg = mass_kg - gear.mass_kg
     # The masses are sums of decimals: a difference of a gram is rounding.

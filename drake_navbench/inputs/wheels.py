@@ -76,7 +76,7 @@ class FloorSettings(FrozenModel):
     """The contact of wheels and floor; the physics planar_casters knows no slip."""
 
     friction: float = Field(
-        0.8, gt=0.0, le=10.0, description="Coefficient of friction of a tyre on the floor [-]."
+        0.8, gt=0.0, le=10.0, description="Coefficient of friction of a tyre on the floor."
     )
     stiffness_npm: float = Field(
         1e6, ge=1e4, le=1e9, description="Stiffness of a tyre on the floor [N/m]."

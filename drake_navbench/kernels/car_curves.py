@@ -31,8 +31,8 @@ PI = math.pi
 def shortest_curve(start, end, radius, reverses, kinds, lengths):
     """Writes the shortest curve between poses (3,) x, y, rad; returns its length.
 
-    radius: of the tightest turn, in the units of x and y. reverses: Reeds and Shepp's curve, else
-    Dubins'.
+    radius: radius of the tightest turn, in the units of x and y. reverses: Reeds and Shepp's curve,
+    else Dubins'.
     """
     dx, dy = end[0] - start[0], end[1] - start[1]
     kinds[:] = NONE
@@ -80,7 +80,7 @@ def _after_piece(knot, kind, piece):
 def pose_on_curve(start, end, radius, kinds, lengths, knots, share, pose):
     """Writes the pose (3,) at a share, 0 to 1, of a curve's length; its yaw in [-pi, pi).
 
-    knots: of the curve. At its ends it is `start` and `end` themselves, whatever their yaw.
+    knots: knots of the curve. At its ends it is `start` and `end` themselves, whatever their yaw.
     """
     if share >= 1.0 or share <= 0.0:
         for i in range(3):

@@ -18,9 +18,10 @@ LOG_INSCRIBED = float(np.log(np.float32(INSCRIBED)))
 def distance_from_cost(cost, inscribed_radius, cost_scaling_factor):
     """Returns the distance from the robot's centre to an obstacle, by the inflated cost there, m.
 
-    cost: 1..254. inscribed_radius: of the padded footprint, m. cost_scaling_factor: decay of the
-    inflation layer, 1/m, above 0. Inverts the decay as Nav2's controllers do (RPP's
-    costConstraint, MPPI's ObstaclesCritic): they start it at 253, the inflation layer at 252.
+    cost: 1..254. inscribed_radius: inscribed radius of the padded footprint, m.
+    cost_scaling_factor: decay of the inflation layer, 1/m, above 0. Inverts the decay as Nav2's
+    controllers do (RPP's costConstraint, MPPI's ObstaclesCritic): they start it at 253, the
+    inflation layer at 252.
     """
     return (
         cost_scaling_factor * inscribed_radius - math.log(cost) + LOG_INSCRIBED

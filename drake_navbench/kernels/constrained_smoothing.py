@@ -44,7 +44,7 @@ class KnotProblem(NamedTuple):
 
     input_knots: (K, 2) m. spacing_ratios, is_reversing, cost_weights_sqrt: (K - 2,) of the inner
         knots: rho, whether the robot drives backwards after the knot, sqrt of the cost's weight.
-    grid: of the costmap.
+    grid: grid of the costmap.
     smooth_sqrt, curve_sqrt, dist_sqrt: square roots of weights. max_curvature: 1/m, may be inf.
     check_points: (Q, 3) x m, y m in the body frame and weight, Q >= 1.
     """

@@ -42,7 +42,7 @@ WIDEST, WIDENING = F32(4.0), F32(0.5)
 class ExpansionRules(NamedTuple):
     """Parameters of Nav2 by their names; the length in cells, as float32.
 
-    columns, bins: size of the graph. cost_penalty: parameter of the search.
+    columns: width of the grid, cells. cost_penalty: the search's own.
     """
 
     ratio: np.float32

@@ -26,9 +26,10 @@ INITIAL_CAPACITY = 4096
 class Body(NamedTuple):
     """The robot's body, as collisions are checked.
 
-    grid: of uint8 costs. outlines: (B, K, 2) m, the footprint by heading bin; K = 0: the centre's
-    inflated cost decides. possible_cost: the least cost of a centre at which the outline may touch
-    something, a centre of less being free; 0 or less: no centre is free by its cost alone.
+    grid: grid of uint8 costs. outlines: (B, K, 2) m, the footprint by heading bin; K = 0: the
+    centre's inflated cost decides. possible_cost: the least cost of a centre at which the outline
+    may touch something, a centre of less being free; 0 or less: no centre is free by its cost
+    alone.
     allow_unknown: whether unknown cells are free.
     """
 

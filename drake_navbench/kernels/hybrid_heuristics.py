@@ -36,7 +36,7 @@ class Reached(NamedTuple):
     made coarser. values: (rows * columns,) float32, the way to the goal where it is positive; where
     it is negative its size is the least way found so far; 0 where the cell was not reached. keys,
     cells: a heap of open cells, and size: (1,) their number. is_coarse: whether cells are 2 x 2.
-    cost_penalty, is_quadratic: of the search.
+    cost_penalty, is_quadratic: parameters of the search.
     """
 
     costs: NDArray[np.float32]

@@ -22,7 +22,8 @@ FORWARD, TO_LEFT, TO_RIGHT, REVERSE, REVERSE_LEFT, REVERSE_RIGHT = 1, 2, 3, 4, 5
 class Motions(NamedTuple):
     """M motions and B headings.
 
-    bin_size: rad. bins: B. radius: of the tightest turn. reverses: whether any goes backwards.
+    bin_size: rad. bins: B. radius: radius of the tightest turn. reverses: whether any goes
+    backwards.
     step_x, step_y: (M, B) the way, by the heading at its start. turn_bins: (M,) float32.
     directions: (M,) FORWARD ... travel_costs: (M,) float32, length along the arc.
     cosines, sines: (B,) of the headings.

@@ -36,7 +36,8 @@ def smooth_car_path(path, grid, footprint, radius, smoother):
     """Returns a path (N, 3) x m, y m, yaw rad smoothed part by part; short parts stay.
 
     grid: `Grid` of uint8 costs. footprint: (K, 2) m whose outline is tested; K = 0 tests the cell
-    under the pose. radius: of the tightest turn, m. smoother: Nav2's parameters by their names.
+    under the pose. radius: radius of the tightest turn, m. smoother: Nav2's parameters by their
+    names.
     """
     result = path.copy()
     for start, end in directional_segments(path):

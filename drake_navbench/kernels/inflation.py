@@ -59,11 +59,11 @@ def inflate(
 ) -> NDArray[np.uint8]:
     """Returns a new grid with the costs around LETHAL cells raised; `costs` stays unchanged.
 
-    costs: (rows, columns) uint8. resolution: cell edge, m. inscribed_radius: of the padded
-    footprint, m. inflation_radius (the reach, m), cost_scaling_factor (1/m), inflate_unknown
-    (graded costs may replace NO_INFORMATION) and inflate_around_unknown (NO_INFORMATION cells are
-    obstacles too) are Nav2's parameters. window: cells that may change; None is the whole grid.
-    Obstacles outside the window count as far as they reach into it.
+    costs: (rows, columns) uint8. resolution: cell edge, m. inscribed_radius: inscribed radius of
+    the padded footprint, m. inflation_radius (the reach, m), cost_scaling_factor (1/m),
+    inflate_unknown (graded costs may replace NO_INFORMATION) and inflate_around_unknown
+    (NO_INFORMATION cells are obstacles too) are Nav2's parameters. window: cells that may change;
+    None is the whole grid. Obstacles outside the window count as far as they reach into it.
 
     The reach is whole cells, rounded up, and a cell exactly at the reach is still written, as
     Nav2's code does.

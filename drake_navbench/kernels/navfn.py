@@ -44,7 +44,7 @@ REACH_OF_COST = (INVERSE_SQRT_2 * np.arange(256)).astype(np.float32)
 def traversal_costs(costs: NDArray[np.uint8], *, allow_unknown: bool) -> NDArray[np.uint8]:
     """Returns (rows, columns) uint8: NavFn's cost of each cell, from NEUTRAL_COST to BLOCKED_COST.
 
-    costs: of a costmap. Unknown cells are blocked or get HIGHEST_COST. (NavFn::setCostmap)
+    costs: costs of a costmap. Unknown cells are blocked or get HIGHEST_COST. (NavFn::setCostmap)
     """
     table = np.full(256, BLOCKED_COST, dtype=np.uint8)
     table[:INSCRIBED] = NEUTRAL_COST + COST_FACTOR * np.arange(INSCRIBED)

@@ -216,8 +216,8 @@ def _way_out(away_x, away_y, vx, vy, radius, horizon, period):
     """Returns (ux, uy, dx, dy): from a relative velocity the least change, m/s, to the edge of the
     velocity obstacle of a disc, and the direction of that edge.
 
-    away_x, away_y: of the other's centre, m. radius: of both together. Bodies that overlap already
-    have to be apart after a period.
+    away_x, away_y: centre of the other relative to the person's, m. radius: sum of both radii.
+    Bodies that overlap already have to be apart after a period.
     """
     squared = away_x * away_x + away_y * away_y
     if squared > radius * radius:
@@ -395,7 +395,7 @@ def _half_plane_at_nearest(vx, vy, radius, left, right, is_point, along):
     The border is that of the velocity obstacle.
 
     left, right: x, y of the end of the cut-off, m/s, the direction of the leg from there, and
-    whether it is this edge's own. is_point: both ends are one. along: of the edge.
+    whether it is this edge's own. is_point: both ends are one. along: direction of the edge.
     """
     x0, y0, left_x, left_y, left_is_own = left
     x1, y1, right_x, right_y, right_is_own = right

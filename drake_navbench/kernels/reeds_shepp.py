@@ -94,7 +94,7 @@ def _try(formula, is_back, target, shortest, kinds, lengths):
 def _word(formula, x, y, phi, sine, cosine, shortest):
     """Returns whether a word leads to (x, y, phi), and its lengths t, u, v.
 
-    sine, cosine: of phi. Gives up where u alone is as long as `shortest`.
+    sine, cosine: sine and cosine of phi. Gives up where u alone is as long as `shortest`.
     """
     if formula in (W1, W3, W9):
         xi, eta = x - sine, y - 1.0 + cosine

@@ -260,9 +260,9 @@ def _add_social_forces(force_x, force_y, index, people, robot, takes_robot_for_o
 def step_people(people, traits, goals, edges, circles, robot, robot_edges, step):
     """Returns (P, 8) the people `step` s later, with the velocities that they then choose.
 
-    people: (P, 8), traits: (P, 9), goals: (G, 2) m of all. edges, circles: of standing and of
-    moving obstacles. robot: (6,) x m, y m, yaw rad of its outline's centre, vx m/s, vy m/s in the
-    world frame, and its half length, m. robot_edges: (K, 4) its outline there, m.
+    people: (P, 8), traits: (P, 9), goals: (G, 2) m of all. edges, circles: edges and circles of
+    standing and of moving obstacles. robot: (6,) x m, y m, yaw rad of its outline's centre, vx m/s,
+    vy m/s in the world frame, and its half length, m. robot_edges: (K, 4) its outline there, m.
     """
     after = people_after(people, step)
     chosen = np.empty((people.shape[0], 2))

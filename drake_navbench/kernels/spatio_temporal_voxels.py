@@ -43,8 +43,8 @@ NO_VOXELS = Voxels(np.empty(0, np.int64), np.empty(0))
 class Frustum(NamedTuple):
     """The field of view of a sensor, and the factor by which voxels in it decay faster.
 
-    origin: (3,) m. yaw, pitch: of the axis, rad, a positive pitch down. near, far: m along the
-    axis for a camera, from it for a lidar. padding: added to heights for a lidar, m.
+    origin: (3,) m. yaw, pitch: yaw and pitch of the axis, rad, a positive pitch down. near, far: m
+    along the axis for a camera, from it for a lidar. padding: added to heights for a lidar, m.
     """
 
     model: int

@@ -16,7 +16,7 @@ class Moment(NamedTuple):
 
     state: (6,) x m, y m, yaw rad, v m/s, w rad/s, vy m/s. scan, costmap: the latest, None before
     there was any. plan: (N, 3) poses of the plan in force, x m, y m, yaw rad; None before there is
-    one. diagnostics: those of the controller's last cycle. moving_poses: (B, 3) x m, y m, yaw rad
+    one. diagnostics: the controller's, of its last cycle. moving_poses: (B, 3) x m, y m, yaw rad
     of the moving obstacles and people. odometry_from_world: (3,) the pose X_OW of the world frame W
     in the odometry frame O, in which costmap and diagnostics are; None where both frames are one.
     """

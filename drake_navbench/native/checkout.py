@@ -33,8 +33,8 @@ LONGEST_INTERFACE = 1_000_000
 class Checkout:
     """A folder with packages of Nav2.
 
-    release: by the version of its nav2_core and by the interface of its controllers. commit: of
-    git, '' where it is not known, with a plus where files differ from it.
+    release: by the version of its nav2_core and by the interface of its controllers. commit: commit
+    of git, '' where it is not known, with a plus where files differ from it.
     """
 
     root: Path

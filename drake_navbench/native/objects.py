@@ -27,7 +27,7 @@ _BETWEEN = re.compile(r"(?<!\\)\s+")
 class Unit:
     """One file to compile, with its folders of headers and its flags.
 
-    digest: of the file, its headers and its flags, without the system's headers.
+    digest: digest of the file, its headers and its flags, without the system's headers.
     """
 
     source: Path

@@ -92,7 +92,7 @@ class Package:
 
     @cached_property
     def plugin_names(self) -> Mapping[str, str]:
-        """The names that the package's plugin descriptions give to classes, where they differ."""
+        """Classes by the name in the package's plugin descriptions, where name and class differ."""
         names = {}
         for path in sorted(self.folder.glob("*.xml")):
             if path.name != PACKAGE_FILE:

@@ -100,7 +100,7 @@ class NodeReader:
     def gives(self, model: type[BaseModel], field: str, name: str) -> bool:
         """Returns whether the file gives a field of a model that the release reads.
 
-        name: of the field in the file. Notes it where the release does not read it.
+        name: name of the field in the file. Notes it where the release does not read it.
         """
         if not self.given(name):
             return False
@@ -166,7 +166,7 @@ class NodeReader:
     def fault(self, name: str, text: str) -> InputError:
         """Returns the error of a parameter as one line that names file, line and parameter.
 
-        name: of a parameter, or of an entry below one; the error names the parameter.
+        name: name of a parameter, or of an entry below one; the error names the parameter.
         """
         while name not in self._node.parameters and "." in name:
             name = name.rpartition(".")[0]
@@ -183,8 +183,8 @@ class NodeReader:
         """Returns the given values for the fields of a model, checked by it.
 
         Where Nav2's defaults differ from the model's they are added: those of the release, and
-        `defaults`. prefix: of the parameters' names, with its dot. names: the fields that Nav2 has;
-        by default all. Raises InputError where a value is wrong.
+        `defaults`. prefix: beginning of the parameters' names, with its dot. names: the fields that
+        Nav2 has; by default all. Raises InputError where a value is wrong.
         """
         values: dict[str, Any] = {}
         for field in names if names is not None else model.model_fields:

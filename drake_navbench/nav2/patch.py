@@ -59,7 +59,7 @@ def patched(text: str, changes: Mapping[Place | str, Any], path: Path) -> str:
     """Returns the text of a Nav2 file with these parameters set.
 
     changes: value by place, `{"controller_server.FollowPath.lookahead_dist": 0.8}`; the value is a
-    number, true or false, text, or a list of these. path: of the file, for errors. Raises
+    number, true or false, text, or a list of these. path: path of the file, for errors. Raises
     InputError where the file has no such node, or a value cannot be changed for this node alone.
     """
     for place, value in changes.items():

@@ -77,8 +77,8 @@ class _Marks(NamedTuple):
 
     paths: values with a path in a release's installation, found by INSTALLATION. plugins: names of
     plugins; LAST_OF_OLD_NAMES or FIRST_OF_NEW_NAMES for each. since: parameters that a release was
-    the first to read, by SINCE. until: those that a release was the last to read, by UNTIL and
-    OLD_NODE.
+    the first to read, by SINCE. until: the parameters that a release was the last to read, by UNTIL
+    and OLD_NODE.
     """
 
     paths: list[Found]

@@ -24,7 +24,7 @@ ROS_FOLDER = Path("/opt/ros")
 def tree_beside(folder: Path, named: str) -> Path | None:
     """Returns the first file near a Nav2 file that fits a tree's path in it; None without one.
 
-    folder: of the Nav2 file. named: the path in it, as '$(find-pkg-share mine)/trees/a.xml'.
+    folder: folder of the Nav2 file. named: the path in it, as '$(find-pkg-share mine)/trees/a.xml'.
     """
     parts = re.sub(r"\$\([^)]*\)", "", named).strip("/").split("/")
     places = [folder / place / parts[-1] for place in FOLDERS]

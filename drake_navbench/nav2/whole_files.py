@@ -24,8 +24,9 @@ from drake_navbench.nav2.substitutions import Substitutions
 class WholeFile(NamedTuple):
     """A Nav2 file, or several that are merged, later ones overriding.
 
-    name: of its columns; '' for names as of a single file, `nav2_params/FollowPath`. text: replaces
-    the content of the last path, such as by a patched one; None: the file's own.
+    name: beginning of its columns' names; '' for names as of a single file,
+    `nav2_params/FollowPath`. text: replaces the content of the last path, such as by a patched one;
+    None: the file's own.
     """
 
     name: str
@@ -88,7 +89,7 @@ def robot_of_files(
 ) -> tuple[Robot, Collection[str]]:
     """Returns a robot by name or file, and the names of its xacro arguments.
 
-    A model's base link and outline may be in Nav2 files. values: of xacro arguments.
+    A model's base link and outline may be in Nav2 files. values: values of xacro arguments.
     """
     if not is_model(robot):
         return load_robot(robot), ()

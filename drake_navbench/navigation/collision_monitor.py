@@ -52,7 +52,7 @@ class _Shape(FrozenModel):
     )
     min_points: Count = Field(4, ge=1, description="Number of points from which the shape acts.")
     slowdown_ratio: float = Field(
-        0.5, ge=0.0, le=1.0, description="Factor on the command while slowing down [-]."
+        0.5, ge=0.0, le=1.0, description="Factor on the command while slowing down."
     )
     linear_limit: Speed = Field(0.5, ge=0.0, description="Largest speed while limiting [m/s].")
     angular_limit: AngularSpeed = Field(
@@ -200,7 +200,7 @@ class ShapeState(NamedTuple):
 class MonitorState(NamedTuple):
     """The state of a monitor: that of each shape, and the last action.
 
-    action: of the last command, 'none', 'stop', 'slowdown', 'limit' or 'approach'.
+    action: action on the last command, 'none', 'stop', 'slowdown', 'limit' or 'approach'.
     polygon: the shape's name, INVALID_SOURCE where there was no scan, '' where nothing acted.
     """
 

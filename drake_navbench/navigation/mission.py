@@ -29,7 +29,7 @@ LIFT_FAILED = 690
 class FloorSwitch(Immutable):
     """The instant at which a robot is on another floor.
 
-    number: of the switches of a trial, from 1. floor: the new one's index. time_s: when.
+    number: number of the switch in the trial, from 1. floor: the new one's index. time_s: when.
     from_pose, to_pose: the lift's stops on the floor before and on the new one, in the world.
     error: m, m, rad, of the pose at which the robot is localized then.
     """
@@ -66,9 +66,10 @@ class RideLeg(Immutable):
 
 @dataclass(frozen=True)
 class MissionLeg(Immutable):
-    """One leg: a goal x m, y m, yaw rad in the world, on a floor; with a ride from there, or none.
+    """One leg of a mission.
 
-    from_name: of the floor.
+    goal: x m, y m, yaw rad in the world. floor, floor_name: index and name of the goal's floor.
+    then: the lift ride from the goal; None without one.
     """
 
     goal: Pose

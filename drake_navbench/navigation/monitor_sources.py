@@ -61,9 +61,9 @@ THE_SCAN: Mapping[str, MonitorSource] = {"scan": MonitorSource()}
 class MonitorReadings(NamedTuple):
     """The sensor readings of a cycle.
 
-    time_s: of the cycle, s. base_pose: (3,) of the base now, in the frame of the readings; None
-    where the robot's motion since a reading is neglected. scan: the newest one, None where there is
-    none. ranges: readings of each sensor, the newest last.
+    time_s: time of the cycle, s. base_pose: (3,) of the base now, in the frame of the readings;
+    None where the robot's motion since a reading is neglected. scan: the newest one, None where
+    there is none. ranges: readings of each sensor, the newest last.
     """
 
     time_s: float

@@ -31,9 +31,9 @@ class SmacSearchParameters(FrozenModel):
         "terminal_checking_interval": since(Release.JAZZY),
     }
 
-    downsample_costmap: bool = Field(False, description="Plan on a coarser map [-]")
+    downsample_costmap: bool = Field(False, description="Plan on a coarser map.")
     downsampling_factor: Count = Field(1, ge=1, description="Cells merged along each axis [cells]")
-    allow_unknown: bool = Field(True, description="Let paths cross unknown cells [-]")
+    allow_unknown: bool = Field(True, description="Let paths cross unknown cells.")
     max_iterations: Count = Field(
         1_000_000, description="Largest number of expansions; 0 or less: no limit [expansions]"
     )
@@ -60,13 +60,13 @@ class SmacPlanner2DParameters(SmacSearchParameters):
     cost_travel_multiplier: Number = Field(
         1.0,
         ge=0.0,
-        description="Weight of the cells' costs against length; 0 gives the shortest path [-]",
+        description="Weight of the cells' costs against length; 0 gives the shortest path.",
     )
     max_planning_time: Duration = Field(
         2.0, ge=0.0, description="Longest search on a computer with `expansions_per_second` [s]"
     )
     use_final_approach_orientation: bool = Field(
-        False, description="End the path with its own direction, not with the goal's heading [-]"
+        False, description="End the path with its own direction, not with the goal's heading."
     )
 
     expansions_per_second: Number = Field(
@@ -78,32 +78,32 @@ class SmacPlanner2DParameters(SmacSearchParameters):
     use_cell_centres: bool = Field(
         True,
         description="Ours: poses, and distances to the goal, count from the middle of cells; Nav2: "
-        "from their lower left corners [-]",
+        "from their lower left corners.",
     )
     use_exact_end_points: bool = Field(
         True,
         description="Ours: the path starts at the start and ends at the goal before it is "
         "smoothed, offsets within a cell blended along it; Nav2: starts at a cell, the goal "
-        "replaces the last position after smoothing [-]",
+        "replaces the last position after smoothing.",
     )
     allow_corner_cutting: bool = Field(
-        False, description="Nav2: True, diagonal steps may pass between two blocked cells [-]"
+        False, description="Nav2: True, diagonal steps may pass between two blocked cells."
     )
     always_assign_headings: bool = Field(
-        True, description="Ours: also short and unsmoothed paths get headings; Nav2: yaw 0 [-]"
+        True, description="Ours: also short and unsmoothed paths get headings; Nav2: yaw 0."
     )
     downsample_known_cells: bool = Field(
         True,
         description="Ours: a merged cell has the largest known cost, unknown if none is known; "
-        "Nav2: one unknown cell makes it unknown, even beside lethal ones [-]",
+        "Nav2: one unknown cell makes it unknown, even beside lethal ones.",
     )
     report_time_limit_as_timeout: bool = Field(
-        True, description="Ours: max_planning_time gives PlannerTimedOut; Nav2: no valid path [-]"
+        True, description="Ours: max_planning_time gives PlannerTimedOut; Nav2: no valid path."
     )
     check_footprint: bool = Field(
         False,
         description="Ours: refuse a path on which the footprint meets an obstacle, or the centre "
-        "of a robot given by a radius an inscribed cell [-]",
+        "of a robot given by a radius an inscribed cell.",
     )
 
     @classmethod

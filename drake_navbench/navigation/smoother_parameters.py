@@ -20,7 +20,7 @@ REFINEMENTS_OF_HUMBLE = 4
 class RefinementParameters(FrozenModel):
     """The number of times that a smoother goes over its path again."""
 
-    do_refinement: bool = Field(True, description="Smooth the smoothed path again [-]")
+    do_refinement: bool = Field(True, description="Smooth the smoothed path again.")
     refinement_num: Count = Field(
         2, ge=0, description="Number of further smoothing passes [passes]"
     )
@@ -39,11 +39,9 @@ class RelaxationParameters(RefinementParameters):
         description="A smoothing pass ends when a sweep moves the points by less than this in "
         "sum [m]",
     )
-    w_data: Number = Field(
-        0.2, ge=0.0, description="Pull of a point towards the unsmoothed path [-]"
-    )
+    w_data: Number = Field(0.2, ge=0.0, description="Pull of a point towards the unsmoothed path.")
     w_smooth: Number = Field(
-        0.3, ge=0.0, description="Pull of a point towards the mean of its neighbours [-]"
+        0.3, ge=0.0, description="Pull of a point towards the mean of its neighbours."
     )
 
 
@@ -52,8 +50,7 @@ class PartsParameters(FrozenModel):
 
     enforce_path_inversion: bool = Field(
         True,
-        description="Smooth forward and reverse parts separately and keep the poses between "
-        "them [-]",
+        description="Smooth forward and reverse parts separately and keep the poses between them.",
     )
 
 
@@ -81,7 +78,7 @@ class SavitzkyGolaySmootherParameters(RefinementParameters, PartsParameters):
     window_size: Count = Field(
         7, ge=3, le=1001, description="Number of points in a window; odd [poses]"
     )
-    poly_order: Count = Field(3, ge=0, le=20, description="Order of the polynomial in a window [-]")
+    poly_order: Count = Field(3, ge=0, le=20, description="Order of the polynomial in a window.")
 
     @model_validator(mode="after")
     def _check_window(self) -> Self:
@@ -99,21 +96,21 @@ class OptimizerParameters(FrozenModel):
     """Parameters `optimizer.*` with Nav2's names and defaults; IPOPT has no use for some."""
 
     linear_solver_type: Literal["SPARSE_NORMAL_CHOLESKY", "DENSE_QR"] = Field(
-        "SPARSE_NORMAL_CHOLESKY", description="Option of Ceres; no effect here [-]"
+        "SPARSE_NORMAL_CHOLESKY", description="Option of Ceres; no effect here."
     )
     max_iterations: Count = Field(
         100,
         ge=1,
         description="Largest number of iterations; the path is then taken as it is [iterations]",
     )
-    param_tol: Number = Field(1e-15, gt=0.0, description="Option of Ceres; no effect here [-]")
+    param_tol: Number = Field(1e-15, gt=0.0, description="Option of Ceres; no effect here.")
     fn_tol: Number = Field(
         1e-7,
         gt=0.0,
-        description="Relative gain of an iteration below which the optimisation stops [-]",
+        description="Relative gain of an iteration below which the optimisation stops.",
     )
-    gradient_tol: Number = Field(1e-10, gt=0.0, description="Option of Ceres; no effect here [-]")
-    debug_optimizer: bool = Field(False, description="Print IPOPT's iterations [-]")
+    gradient_tol: Number = Field(1e-10, gt=0.0, description="Option of Ceres; no effect here.")
+    debug_optimizer: bool = Field(False, description="Print IPOPT's iterations.")
 
 
 class ConstrainedSmootherParameters(FrozenModel):
@@ -126,10 +123,8 @@ class ConstrainedSmootherParameters(FrozenModel):
         0.4, ge=0.0, description="Turning radius below which curvature is penalised; 0: never [m]"
     )
     w_curve: Number = Field(30.0, ge=0.0, description="Weight of curvature above the limit [m^2]")
-    w_cost: Number = Field(0.015, ge=0.0, description="Weight of the costmap's cost [-]")
-    w_cost_cusp_multiplier: Number = Field(
-        3.0, ge=0.0, description="Factor on w_cost at a cusp [-]"
-    )
+    w_cost: Number = Field(0.015, ge=0.0, description="Weight of the costmap's cost.")
+    w_cost_cusp_multiplier: Number = Field(3.0, ge=0.0, description="Factor on w_cost at a cusp.")
     cusp_zone_length: Length = Field(
         2.5, ge=0.0, description="Length around a cusp over which that factor falls to 1 [m]"
     )
@@ -144,20 +139,19 @@ class ConstrainedSmootherParameters(FrozenModel):
     cost_check_points: tuple[float, ...] = Field(
         (),
         description="Points fixed to the robot at which costs are read, one after another: x "
-        "[m], y [m], weight [-]",
+        "[m], y [m], weight.",
     )
     path_downsampling_factor: Count = Field(1, ge=1, description="Optimise every n-th pose [poses]")
     path_upsampling_factor: Count = Field(
         1,
         ge=0,
-        description="Number of poses returned per pose of the input; 0: the optimised poses "
-        "alone [-]",
+        description="Number of poses returned per pose of the input; 0: the optimised poses alone.",
     )
     reversing_enabled: bool = Field(
-        True, description="Take the driving direction from the poses' headings [-]"
+        True, description="Take the driving direction from the poses' headings."
     )
-    keep_start_orientation: bool = Field(True, description="Keep the heading of the start [-]")
-    keep_goal_orientation: bool = Field(True, description="Keep the heading of the goal [-]")
+    keep_start_orientation: bool = Field(True, description="Keep the heading of the start.")
+    keep_goal_orientation: bool = Field(True, description="Keep the heading of the goal.")
     optimizer: OptimizerParameters = OptimizerParameters()
 
     @model_validator(mode="after")

@@ -38,7 +38,7 @@ class TaskStatus(Immutable):
     """The status of a task.
 
     error_code: Nav2's code, 0 where there is none. reason: one line for people.
-    details: numbers behind the reason. traceback: of a controller that broke.
+    details: numbers behind the reason. traceback: traceback of a controller that broke.
     time_s: when the task ended. task_id: the task's number, given by the system that asked for it.
     """
 
@@ -70,7 +70,7 @@ class GlobalPlan(Immutable):
 class BehaviorGoal(Immutable):
     """A request for a behaviour: Nav2's Spin, BackUp, DriveOnHeading and Wait goals.
 
-    behavior: its name in `behaviors.BEHAVIORS`. arguments: of that behaviour.
+    behavior: its name in `behaviors.BEHAVIORS`. arguments: arguments of that behaviour.
     """
 
     task_id: int

@@ -44,8 +44,8 @@ class WaypointFollowerParameters(FrozenModel):
 class Progress(Immutable):
     """The progress of the waypoint follower.
 
-    index: of the present waypoint. leg_start_s: when its leg began. pause_end_s: None while
-    driving. legs: those that are over. status: of the whole task.
+    index: index of the present waypoint. leg_start_s: when its leg began. pause_end_s: None while
+    driving. legs: the legs that are over. status: status of the whole task.
     """
 
     index: int = 0

@@ -63,8 +63,8 @@ def release_in(values: Any) -> Release:
 class ReadBy(NamedTuple):
     """The releases that read a parameter, and the defaults that differ from ours.
 
-    releases: those that read the parameter. defaults: by release, the value that counts there if no
-    file gives one; only where it differs from the default of our model.
+    releases: the releases that read the parameter. defaults: by release, the value that counts
+    there if no file gives one; only where it differs from the default of our model.
     """
 
     releases: frozenset[Release] = frozenset(Release)

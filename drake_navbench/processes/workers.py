@@ -346,7 +346,7 @@ class _Worker:
 
     task: its latest task. is_idle: whether that task has ended. has_begun: whether the worker has
     begun the task; a task that was not begun may go to another worker. last_task_s: the duration of
-    the last task that ended. owner: of all its tasks.
+    the last task that ended. owner: owner of all its tasks.
     """
 
     def __init__(self, task: Task) -> None:

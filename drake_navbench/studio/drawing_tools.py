@@ -37,8 +37,8 @@ SHAPES: Mapping[str, Callable[[Point, Point], dict[str, Any]]] = {
 class Hold(NamedTuple):
     """The drawing tool that is selected, with its settings.
 
-    name: of TOOLS. floor: see OpenScenario. percent: of a speed zone. speed_mps: of a moving
-    obstacle. picked: the thing that is moved.
+    name: a name of TOOLS. floor: see OpenScenario. percent: percentage of a speed zone. speed_mps:
+    speed of a moving obstacle. picked: the thing that is moved.
     """
 
     name: str

@@ -37,9 +37,9 @@ class DrawnScenario(NamedTuple):
 class Column(NamedTuple):
     """A column to drive.
 
-    name: of a preset, or of the plugin in a Nav2 file. file: that file, '' for a preset. text: of
-    the file as it was read. changes: value by the name that the file or the preset uses; one of
-    another node of the file is 'NODE/NAME', such as 'local_costmap/width'.
+    name: name of a preset, or of the plugin in a Nav2 file. file: path of the Nav2 file, '' for a
+    preset. text: text of the file as it was read. changes: value by the name that the file or the
+    preset uses; one of another node of the file is 'NODE/NAME', such as 'local_costmap/width'.
     """
 
     name: str

@@ -100,8 +100,8 @@ class OpenFolder:
     def write(self, name: str, text: str, stamp: str) -> str:
         """Writes a file, whole or not at all; returns its new stamp.
 
-        stamp: of the file as it was read, '' for a new file. Raises ChangedOnDisk if the file has
-        changed, InputError if the name leads outside, CannotBeWritten.
+        stamp: stamp of the file as it was read, '' for a new file. Raises ChangedOnDisk if the file
+        has changed, InputError if the name leads outside, CannotBeWritten.
         """
         path = self.inside(name)
         if self.is_changed(name, stamp) or (not stamp and path.exists()):

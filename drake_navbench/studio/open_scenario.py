@@ -43,8 +43,8 @@ def files_of(folder: OpenFolder, kind: str) -> list[str]:
 class OpenScenario:
     """A scenario with its file.
 
-    name: the file's, below the folder. stamp: of the file as it was read, '' for a new file. text:
-    as it was read. floor: the place of the drawn floor, () without floors.
+    name: the file's, below the folder. stamp: stamp of the file as it was read, '' for a new file.
+    text: as it was read. floor: the place of the drawn floor, () without floors.
     """
 
     def __init__(self, folder: OpenFolder) -> None:

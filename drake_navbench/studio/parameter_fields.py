@@ -29,9 +29,10 @@ class ParameterField(NamedTuple):
     """A parameter as a field of a form.
 
     name: dotted, as the model has it. given_name: as a file of the column's release writes it.
-    node: of the Nav2 file, such as 'local_costmap'; '' for the column's controller. kind: the kind
-    of input. low, high, step: of its slider, for numbers. choices: for choices. default: the
-    release's. given: the value in the file or preset, None without one. value: the value in force.
+    node: node of the Nav2 file, such as 'local_costmap'; '' for the column's controller. kind: the
+    kind of input. low, high, step: ends and step of its slider, for numbers. choices: for choices.
+    default: the release's. given: the value in the file or preset, None without one. value: the
+    value in force.
     """
 
     name: str

@@ -180,8 +180,8 @@ def read_watched(path: str) -> Watched:
 def reasons_of(path: str, drawn: tuple[DrawnScenario, Column, str] | None) -> Reasons:
     """Returns the reasons of every decision of a logged trial, and the diagnostics of its cycles.
 
-    drawn: of a trial of the studio; None for a log in a results folder. Raises InputError where the
-    controller cannot tell, or the trial cannot be driven again.
+    drawn: the drawn scenario of a trial of the studio; None for a log in a results folder. Raises
+    InputError where the controller cannot tell, or the trial cannot be driven again.
     """
     log = TrialLog.read(Path(path))
     require_explainable(log)

@@ -19,7 +19,8 @@ DEFAULT_COLUMN = "rpp"
 class TuningDesk:
     """A column that is changed and driven again.
 
-    file: of the Nav2 file below the folder, '' for a preset. changes: as in Column. now, before,
+    file: path of the Nav2 file below the folder, '' for a preset. changes: as in Column. now,
+    before,
     reference: the trial driven last, the one before it, and the locked one.
     """
 

@@ -96,7 +96,7 @@ class ContactWatch:
     def come_to_floor(self, number: int) -> None:
         """Starts anew on another floor, as a lift moves the robot without a way between the two.
 
-        number: of the changes of floor so far.
+        number: number of the changes of floor so far.
         """
         if number != self._floor_changes:
             self._floor_changes = number

@@ -132,7 +132,8 @@ class Looks(NamedTuple):
 class TrialMaps(NamedTuple):
     """The maps that a robot has of its world.
 
-    static, masks: of the static layers and of the filters of its costmaps. known: the map of AMCL.
+    static, masks: maps of the static layers and of the filters of its costmaps. known: the map of
+    AMCL.
     """
 
     static: OccupancyMap | None = None

@@ -27,8 +27,8 @@ class TrialFloors:
     """The floors of a trial, each at its index, and the legs of the mission.
 
     Sequences have one entry a floor. sights: the surroundings that sensors may see. static_maps:
-    for the local costmap's static layer. known_maps: for AMCL. masks: of the filters. layers: of
-    the global costmap.
+    for the local costmap's static layer. known_maps: for AMCL. masks: masks of the filters. layers:
+    layers of the global costmap.
     """
 
     legs: tuple[MissionLeg, ...]

@@ -66,8 +66,8 @@ def sample_tasks(
 ) -> list[Scenario]:
     """Returns tasks on a map, the same for the same map, outlines, count and seed.
 
-    start: of all tasks; drawn for each where not given. beside: robots that drive the same tasks,
-    with outlines of their own. Raises InputError where the map has no room for so many.
+    start: start of all tasks; drawn for each where not given. beside: robots that drive the same
+    tasks, with outlines of their own. Raises InputError where the map has no room for so many.
     """
     grid, suite = load_map(map_file), Suite(name=map_file.stem)
     known = _known_floor(map_file)

@@ -27,7 +27,7 @@ from drake_navbench.trial.floors import TrialFloors
 class TrialSpec:
     """Everything that a trial is a function of, but for the code.
 
-    trial: its number among the trials of a scenario. seed: of this trial, the same for every
+    trial: its number among the trials of a scenario. seed: seed of this trial, the same for every
     controller. wants_diagnostics: whether to log the controller's arrays too. keeps_costmaps:
     whether to log the local costmaps; nothing else in a trial depends on it. compute_times_ms:
     wall-clock and processor time of every cycle of an earlier run of the trial, which count for

@@ -105,8 +105,9 @@ def require_explainable(log: TrialLog) -> None:
 def why(spec: TrialSpec, log: TrialLog, time_s: float) -> Why:
     """Returns why the controller decided as it did in the last cycle by a time, s.
 
-    spec: of the trial that the log is of. Raises InputError where the controller cannot tell, or
-    there is no cycle by then. A controller that is not ours runs in a process of its own.
+    spec: specification of the trial that the log is of. Raises InputError where the controller
+    cannot tell, or there is no cycle by then. A controller that is not ours runs in a process of
+    its own.
     """
     require_explainable(log)
     first_s, end_s = float(log.info["start_time_s"]), log.end_time_s

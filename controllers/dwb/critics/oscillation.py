@@ -42,7 +42,7 @@ class OscillationParameters(CriticParameters):
 class Trend(NamedTuple):
     """The direction in which one axis last moved, and the directions banned for it.
 
-    sign: of the last velocity that was not zero; 0 before there was one.
+    sign: sign of the last velocity that was not zero; 0 before there was one.
     positive_only, negative_only: the axis may not go the other way.
     """
 

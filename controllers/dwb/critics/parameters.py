@@ -23,5 +23,5 @@ class CriticParameters(CriticBlock):
     scale: Number = Field(
         1.0,
         ge=0.0,
-        description="Factor on the critic's score in the total; 0 switches the critic off [-].",
+        description="Factor on the critic's score in the total; 0 switches the critic off.",
     )

@@ -17,7 +17,7 @@ class PreferForwardParameters(CriticParameters):
     """Parameters of PreferForward."""
 
     penalty: Number = Field(
-        1.0, description="Score of a trajectory that drives backward or creeps [-]."
+        1.0, description="Score of a trajectory that drives backward or creeps."
     )
     strafe_x: Speed = Field(
         0.1,

@@ -27,7 +27,7 @@ class RotateToGoalParameters(CriticParameters):
     """Parameters of RotateToGoal, which also reads two parameters of the controller itself."""
 
     slowing_factor: Number = Field(
-        5.0, description="Weight of the squared speed while the robot slows down [-]."
+        5.0, description="Weight of the squared speed while the robot slows down."
     )
     lookahead_time: Duration = Field(
         -1.0,

@@ -24,7 +24,8 @@ class Scene:
     """The facts that stay the same within a cycle.
 
     pose: (3,) x m, y m, yaw rad. path: (n, 3) float32, the local plan, same units.
-    path_length: of the local plan, float32 m. goal_xy_tolerance_m: of the goal checker.
+    path_length: length of the local plan, float32 m. goal_xy_tolerance_m: tolerance of the goal
+    checker.
     straight_goal: (3,) x m, y m, yaw rad, to which the releases up to Kilted measure the distance
     to the goal; None: along the local plan. furthest: the rule of searching its furthest reached
     point.

@@ -53,13 +53,13 @@ class CostParameters(TermParameters):
     """Parameters of CostCritic."""
 
     cost_weight: Number = Field(
-        3.81, description="Weight of the mean cost of the cells under a sample [-]."
+        3.81, description="Weight of the mean cost of the cells under a sample."
     )
-    critical_cost: Number = Field(300.0, description="Score of each step that nearly collides [-].")
+    critical_cost: Number = Field(300.0, description="Score of each step that nearly collides.")
     near_collision_cost: int = Field(
-        253, ge=0, le=255, description="Cell cost from which a step nearly collides [-]."
+        253, ge=0, le=255, description="Cell cost from which a step nearly collides."
     )
-    collision_cost: Number = Field(1e6, description="Score of a sample that collides [-].")
+    collision_cost: Number = Field(1e6, description="Score of a sample that collides.")
     consider_footprint: bool = Field(
         False, description="Check the footprint, not the centre alone."
     )

@@ -45,7 +45,7 @@ class OutlineCosts(NamedTuple):
 
     edges: (PLACES,) int64, the cell of the first end times the number of cells plus that of the
     second, NOTHING at a free place. costs: (PLACES,) uint8. taken: (1,) number of remembered edges.
-    margin: how close to the border of its cell a vertex may be found, in cells. cells: (K, LANES)
+    margin: least distance of a vertex from the border of its cell, in cells. cells: (K, LANES)
     cell of each vertex, and is_doubtful: (LANES,) where they are not certain: scratch.
     """
 

@@ -50,12 +50,12 @@ class PathAlignParameters(TermParameters):
         10.0, description="Weight of a sample's mean distance to the path [1/m]."
     )
     max_path_occupancy_ratio: Number = Field(
-        0.07, ge=0, description="Share of occupied path points above which the critic is idle [-]."
+        0.07, ge=0, description="Share of occupied path points above which the critic is idle."
     )
     offset_from_furthest: Count = Field(
         20,
         ge=0,
-        description="Index of the furthest reached path point below which the critic is idle [-].",
+        description="Index of the furthest reached path point below which the critic is idle.",
     )
     trajectory_point_step: Count = Field(
         4, ge=1, description="Compare every n-th step of a sample."
@@ -209,7 +209,7 @@ class PathFollowParameters(TermParameters):
         5.0, description="Weight of a sample's distance to the carrot at its end [1/m]."
     )
     offset_from_furthest: Count = Field(
-        6, ge=0, description="Path points from the furthest reached one to the carrot [-]."
+        6, ge=0, description="Path points from the furthest reached one to the carrot."
     )
     threshold_to_consider: Length = Field(
         1.4, ge=0, description="Length of the remaining plan below which the critic is idle [m]."
@@ -250,7 +250,7 @@ class PathAngleParameters(TermParameters):
         2.2, description="Weight of the angle between the robot's heading and the carrot [1/rad]."
     )
     offset_from_furthest: Count = Field(
-        4, ge=0, description="Path points from the furthest reached one to the carrot [-]."
+        4, ge=0, description="Path points from the furthest reached one to the carrot."
     )
     threshold_to_consider: Length = Field(
         0.5, ge=0, description="Length of the remaining plan below which the critic is idle [m]."

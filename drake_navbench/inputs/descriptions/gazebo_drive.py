@@ -71,9 +71,9 @@ class FoundDrive(NamedTuple):
     kind: '' for unknown. source: the part of the model that tells it. values: by our own names, SI
     units.
 
-    remark: a limit in the files that is not used, and why; '' without one. differs: in what its
-    wheels are others than those of the model's links; '' without a difference. steering: joints
-    that the plugin or controller steers, by its own words.
+    remark: a limit in the files that is not used, and why; '' without one. differs: how its wheels
+    differ from those of the model's links; '' without a difference. steering: joints that the
+    plugin or controller steers, by its own words.
     """
 
     kind: str
@@ -92,7 +92,7 @@ def drive_of(
     That file is named by the model or, where it names none, names joints of the model alone, and
     wheels among them.
 
-    arguments: of its xacro files; one of them may be the ros2_control file.
+    arguments: arguments of its xacro files; one of them may be the ros2_control file.
     """
     radius_m = next((w.radius_m for w in wheels if w.radius_m is not None), None)
     files = [*_controller_files(model), *(a for a in arguments if a.endswith((".yaml", ".yml")))]

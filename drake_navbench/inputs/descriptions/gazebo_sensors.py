@@ -36,7 +36,7 @@ LEVEL_RAD = math.radians(10.0)
 class FoundSensor(NamedTuple):
     """A sensor as fields of a robot file; name: as in the model. remark: a difference, or ''.
 
-    topic: to which it sends, '' where the model does not tell.
+    topic: its topic, '' where the model does not tell.
     """
 
     name: str

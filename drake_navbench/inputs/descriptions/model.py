@@ -96,7 +96,7 @@ class Plugin:
 class Model:
     """The links, shapes and plugins of one model, its joints at zero.
 
-    remarks: the parts left out, and why. frames: poses (4, 4) of further frames by name.
+    remarks: the parts left out, and why. is_static: the file says that the model never moves.
     """
 
     name: str

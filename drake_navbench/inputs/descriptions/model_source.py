@@ -34,7 +34,8 @@ OTHERS = {"mujoco": "MuJoCo", "mujocoinclude": "MuJoCo"}
 class Source:
     """A model with the file it comes from.
 
-    root: the XML, expanded where it was xacro. arguments: of its xacro files, with their values.
+    root: the XML, expanded where it was xacro. arguments: arguments of its xacro files, with their
+    values.
     is_expanded: whether the file was xacro.
     """
 
@@ -51,7 +52,7 @@ def read_source(
 ) -> Source:
     """Returns the model in a file; raises InputError, one line, where there is none.
 
-    arguments: for xacro. folders: where packages are looked for besides the repository.
+    arguments: for xacro. folders: further folders in which packages are searched.
     """
     packages = Packages(path, folders, is_own=is_drawing(path))
     text = read_input(path, max_bytes=MAX_FILE_BYTES).decode(errors="replace")

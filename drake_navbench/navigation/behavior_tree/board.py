@@ -63,8 +63,8 @@ class TickInputs:
     """The inputs of one tick of the tree.
 
     now_s: time of the tick. pose: (3,) estimate. global_costmap: the latest one.
-    controller_status, behavior_status: of the servers. twist: (2,) measured velocity forward and to
-    the left, m/s.
+    controller_status, behavior_status: status of the servers. twist: (2,) measured velocity forward
+    and to the left, m/s.
     """
 
     now_s: float
@@ -79,7 +79,7 @@ class TickInputs:
 class Board:
     """The data that the leaves of a tree share: inputs to read, and values to read and write.
 
-    inputs: of the present tick; unset before the first.
+    inputs: inputs of the present tick; unset before the first.
     """
 
     make_plan: MakePlan

@@ -18,7 +18,7 @@ from drake_navbench.navigation.behavior_tree.control_nodes import TreeNode
 class Snapshot(NamedTuple):
     """The memory of a tree's nodes between ticks.
 
-    statuses: of all nodes. memories: of the nodes that have a `MEMORY`.
+    statuses: status of all nodes. memories: memories of the nodes that have a `MEMORY`.
     """
 
     statuses: tuple[Status, ...]

@@ -39,9 +39,9 @@ class _Element:
 def read_tree_file(path: Path, values: Mapping[str, str] | None = None) -> NodeDescription:
     """Returns the main tree of a file, with those of the files that it includes.
 
-    values: of variables, by name; a variable without a value stays one. Raises InputError with file
-    and line, also if a tree that is needed can only be in an included file that does not exist
-    here, such as a file of a package (`ros_pkg`).
+    values: values of variables, by name; a variable without a value stays one. Raises InputError
+    with file and line, also if a tree that is needed can only be in an included file that does not
+    exist here, such as a file of a package (`ros_pkg`).
     """
     root = _parsed(path)
     missing: list[str] = []

@@ -46,7 +46,7 @@ class LayerParameters(PluginParameters):
 class LayerSetup(NamedTuple):
     """The facts of a whole trial that a layer is made from.
 
-    rows, columns: of the costmap, cells. resolution: cell edge, m. rolling_window: whether it
+    rows, columns: size of the costmap, cells. resolution: cell edge, m. rolling_window: whether it
     follows the robot. footprint: (K, 2) padded outline in the base frame, m. default_cost: cost of
     a cell of which nothing is known. rules: the rules of the whole costmap. static_map: the map in
     the frame of the costmap, None without a map. keepouts: the masks of the keepout filter.
@@ -67,12 +67,12 @@ class LayerSetup(NamedTuple):
 class Seen(NamedTuple):
     """The inputs of one cycle, all in the frame of the costmap.
 
-    time_s: of the cycle, s. pose: (3,) of the robot, x m, y m, yaw rad. origin: lower left corner
-    of cell (0, 0) in this cycle, m. scan: the newest one, None where there is none yet. clouds: of
-    sensors that send points, by name. map_from_costmap: (3,) pose of the costmap's frame in the
-    map's, x m, y m, yaw rad. window: the cells that are written anew in this cycle; all of them
-    while the layers observe. ranges: readings of the range sensors by name, the oldest first: all
-    those since the last cycle, and perhaps older ones.
+    time_s: time of the cycle, s. pose: (3,) of the robot, x m, y m, yaw rad. origin: lower left
+    corner of cell (0, 0) in this cycle, m. scan: the newest one, None where there is none yet.
+    clouds: clouds of sensors that send points, by name. map_from_costmap: (3,) pose of the
+    costmap's frame in the map's, x m, y m, yaw rad. window: the cells that are written anew in this
+    cycle; all of them while the layers observe. ranges: readings of the range sensors by name, the
+    oldest first: all those since the last cycle, and perhaps older ones.
     """
 
     time_s: float

@@ -93,7 +93,7 @@ class LayeredCostmap:
     """The layers and filters of one costmap; the object itself never changes.
 
     footprint: (K, 2) padded outline in the base frame, m. static_map: the map of the static layer,
-    in the frame of the costmap. masks: of all filters; the costmap uses those of keepouts.
+    in the frame of the costmap. masks: masks of all filters; the costmap uses those of keepouts.
     """
 
     def __init__(

@@ -100,7 +100,7 @@ class SensingState(Immutable):
     """The state of an obstacle or voxel layer.
 
     costs: (rows, columns) uint8. voxels: (rows, columns) uint32, None for an obstacle layer.
-    origin: lower left corner of cell (0, 0), m. buffers: of the sources, by name.
+    origin: lower left corner of cell (0, 0), m. buffers: buffers of the sources, by name.
     """
 
     costs: Costs

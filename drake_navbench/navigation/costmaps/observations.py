@@ -38,7 +38,7 @@ def clouds_of(
 ) -> list[PointCloud]:
     """Returns the newest cloud of each sensor of a source that has sent one.
 
-    name: of the source. clouds: by the names of the robot's depth sensors.
+    name: name of the source. clouds: by the names of the robot's depth sensors.
     """
     if source.data_type == "PointCloud2":
         sensor = source.sensor or name

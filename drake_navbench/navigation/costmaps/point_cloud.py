@@ -16,7 +16,8 @@ class PointCloud(Immutable):
     """The points that a sensor saw, in the world's frame, or in that of the costmap reading them.
 
     origin: (3,) of the sensor, x m, y m, z m. points: (N, 3) m. time_s: time at which the sensor
-    saw the points, s. yaw_rad, pitch_rad: of the sensor's axis; a positive pitch is down.
+    saw the points, s. yaw_rad, pitch_rad: yaw and pitch of the sensor's axis; a positive pitch is
+    down.
     odometry_from_here: (3,) pose of the cloud's frame in the odometry's frame at time_s; None where
     they are one.
     """

@@ -16,9 +16,9 @@ class RangeReading(Immutable):
     time_s: when it was taken. sensor_pose: (3,) x m, y m, yaw rad in the world frame, or in that of
     the costmap reading it. range_m: inf where nothing is in range, -inf where something is nearer
     than the least range. A sensor whose least and longest range are equal reads inf where nothing
-    is nearer, -inf where something is. field_of_view_rad: of the whole cone. odometry_pose: (3,)
-    the sensor's in the frame of the odometry then; None where that is the world's. Lengths and
-    angles have the single precision of the message.
+    is nearer, -inf where something is. field_of_view_rad: opening angle of the whole cone.
+    odometry_pose: (3,) the sensor's in the frame of the odometry then; None where that is the
+    world's. Lengths and angles have the single precision of the message.
     """
 
     time_s: float

@@ -8,8 +8,8 @@ from typing import Protocol
 class RangeSensor(Protocol):
     """A planar lidar.
 
-    range_min_m, range_max_m: between which ranges it sees, m. height_m: of the scanned plane over
-    the floor, m.
+    range_min_m, range_max_m: between which ranges it sees, m. height_m: height of the scanned plane
+    over the floor, m.
     """
 
     @property

@@ -126,7 +126,8 @@ class SpatioTemporalVoxelLayerParameters(LayerParameters):
 class SpatioTemporalState(Immutable):
     """The state of the layer; costs: (rows, columns) uint8, of the last update.
 
-    buffers: of the sources, by name; read_s: measuring times of the newest clouds read, by source.
+    buffers: buffers of the sources, by name; read_s: measuring times of the newest clouds read, by
+    source.
     """
 
     voxels: Voxels

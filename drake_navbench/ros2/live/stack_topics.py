@@ -145,7 +145,7 @@ class StackTopics:
     def read(self, time_s: float, leg: int) -> None:
         """Reads the plans and the states of the goals that have come.
 
-        time_s: of the simulation. leg: the number of the goal that the plans lead to.
+        time_s: time of the simulation. leg: the number of the goal that the plans lead to.
         """
         self._read_states()
         for received in self._plan.take()[-1:]:

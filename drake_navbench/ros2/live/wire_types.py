@@ -49,7 +49,7 @@ def dds_type(name: str) -> str:
 
 
 def ros_type(name: str) -> str:
-    """Returns the type for a name of DDS; a name that is not ROS's as it is."""
+    """Returns the ROS type of a DDS type name; a name that is not a ROS type stays as it is."""
     parts = name.split("::")
     if len(parts) != 4 or parts[2] != "dds_":
         return name

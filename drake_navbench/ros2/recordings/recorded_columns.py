@@ -47,9 +47,9 @@ def choose_topics(
 ) -> tuple[dict[str, str], list[str]]:
     """Returns role -> topic for the roles in a recording, and a line on each topic left out.
 
-    given: the user's topics by role; '' leaves a role out. namespace: of the robot; None finds it
-    where the recording has only one. Raises InputError where a given topic is missing or has
-    another type, or where the recording has topics of several robots.
+    given: the user's topics by role; '' leaves a role out. namespace: namespace of the robot; None
+    finds it where the recording has only one. Raises InputError where a given topic is missing or
+    has another type, or where the recording has topics of several robots.
     """
     for role in given:
         if role not in ROLES:

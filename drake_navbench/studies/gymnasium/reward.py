@@ -42,7 +42,8 @@ class RewardWeights(FrozenModel):
 class Moment(NamedTuple):
     """The state from which a reward is computed: at a step's end, or at an episode's start.
 
-    distance_m, heading_error_rad: from the true pose to the goal. clearance_m: of the true outline.
+    distance_m, heading_error_rad: from the true pose to the goal. clearance_m: clearance of the
+    true outline.
     """
 
     distance_m: float

@@ -56,8 +56,8 @@ class GateResult(NamedTuple):
     """The result of two builds in equal trials.
 
     base, head: the two programs. trials: the number in each scenario and with each controller.
-    judged: None where both builds are one program: then nothing was driven. folder: of the logs,
-    None without logs. table: one row a trial.
+    judged: None where both builds are one program: then nothing was driven. folder: folder of the
+    logs, None without logs. table: one row a trial.
     """
 
     base: Side

@@ -30,7 +30,7 @@ def build_of(
 ) -> Build:
     """Returns the build with the name `text`, or makes one from the checkout in the folder `text`.
 
-    name: that of a new build. controllers: presets; only packages with their originals are built.
+    name: name of a new build. controllers: presets; only packages with their originals are built.
     flags, noise: the wanted ones; None: the gate's default for a checkout, and any for a named
     build. Raises InputError where there is no such build or folder, or where a named build has
     other flags or noise.

@@ -58,11 +58,11 @@ class DecisionResult(NamedTuple):
 
 
 class TrialResult(NamedTuple):
-    """One trial of each. cycles: what both wanted in each cycle of the port's.
+    """One trial of each. cycles: the commands of both in each cycle of the port.
 
     difference: the largest difference of a cycle's commands, where each drives. apart_s: the time
-    at which the commands first differ by more than 1e-5; NaN where they never do. outcomes: those
-    of port and original.
+    at which the commands first differ by more than 1e-5; NaN where they never do. outcomes: the
+    outcomes of port and original.
     """
 
     scenario: str

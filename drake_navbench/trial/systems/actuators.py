@@ -92,7 +92,7 @@ class LimitedForce(LeafSystem):
     which acts on a lateral speed, too. Where the pull is stronger than the motors, the robot rolls
     downhill.
 
-    mass_kg: the robot's without payload. bounds: those of the drive.
+    mass_kg: the robot's without payload. bounds: the bounds of the drive.
     """
 
     def __init__(

@@ -55,9 +55,9 @@ class Belief(Immutable):
 
     particles: (N, 3) x m, y m, yaw rad in the map. weights: (N,), which sum to 1. slow, fast:
     running means of the particles' likelihood, 0 before the first. odometry_pose: (3,) at the last
-    update, None before the first. updates: the number of updates. scan_time_s: of the last scan
-    used. map_from_odometry: (3,) pose of the odometry frame in the map. has_jumped: whether the
-    belief was displaced already.
+    update, None before the first. updates: the number of updates. scan_time_s: time of the last
+    scan used. map_from_odometry: (3,) pose of the odometry frame in the map. has_jumped: whether
+    the belief was displaced already.
     """
 
     particles: Array

@@ -45,7 +45,7 @@ class CasterBase(BasePorts, LeafSystem):
     less its compression; the motor reckons with the full radius. Output port `geometry_pose` places
     the frame that carries the footprint in SceneGraph.
 
-    rolling_resistance: of the casters' wheels, as a share of their load.
+    rolling_resistance: rolling resistance of the casters' wheels, as a share of their load.
     """
 
     def __init__(

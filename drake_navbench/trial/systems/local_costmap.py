@@ -19,8 +19,8 @@ from drake_navbench.trial.systems.floor_aware import FloorClock
 class LocalCostmap(CostmapSystem):
     """Nav2's local costmap; without a scan there is none yet. Ports: see CostmapSystem.
 
-    footprint: (K, 2) padded outline in the base frame, m. static_map: for a static layer. masks: of
-    the scenario's filters. floors: both of these for each floor of a mission.
+    footprint: (K, 2) padded outline in the base frame, m. static_map: for a static layer. masks:
+    masks of the scenario's filters. floors: both of these for each floor of a mission.
     """
 
     def __init__(

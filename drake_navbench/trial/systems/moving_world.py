@@ -61,7 +61,7 @@ class MovingWorld(LeafSystem):
     `kernels.walking`). Recorded people choose nothing, and are FAR_AWAY_M while they are not in the
     world.
 
-    footprint: (K, 2) of the robot, base frame, m. scan_height_m: of the scanner's plane.
+    footprint: (K, 2) of the robot, base frame, m. scan_height_m: height of the scanner's plane.
     """
 
     def __init__(

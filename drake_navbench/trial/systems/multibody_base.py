@@ -50,7 +50,7 @@ class MultibodyBase(BasePorts, Diagram):
     swivels and wheels, are velocity controllers of joints with a limit on their torque, which the
     solver takes implicitly.
 
-    rolling_resistance: of the casters' wheels, as a share of their load.
+    rolling_resistance: rolling resistance of the casters' wheels, as a share of their load.
     """
 
     def __init__(

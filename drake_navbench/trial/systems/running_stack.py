@@ -74,8 +74,8 @@ class RobotReadings(NamedTuple):
 class StackAnswer(NamedTuple):
     """The state of a running stack after a step.
 
-    command: (3,) v m/s, w rad/s, vy m/s. status: of the whole task. plan: the newest, None before
-    there is one. plans: all of them. legs: the drives that have ended.
+    command: (3,) v m/s, w rad/s, vy m/s. status: status of the whole task. plan: the newest, None
+    before there is one. plans: all of them. legs: the drives that have ended.
     """
 
     command: Array = STANDSTILL

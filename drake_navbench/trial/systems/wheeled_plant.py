@@ -64,7 +64,8 @@ def add_wheeled_plant(
     """Adds a robot's bodies on a floor, finalized; returns the plant and the robot's instance.
 
     The plant's desired state is that of its actuators: the left and the right motor, then those
-    that act as friction. rolling_resistance: of the casters' wheels, as a share of their load.
+    that act as friction. rolling_resistance: rolling resistance of the casters' wheels, as a share
+    of their load.
     """
     plant = _new_plant(drive.step_s)
     instance = add_wheeled_model(plant, gear.model)
