@@ -23,8 +23,8 @@ from plugin_page import DATA_FILE, ShippedPlugin, plugin_page, read_plugins
 from drake_navbench.controller import CONTROLLERS
 from drake_navbench.inputs.floor_scenario import SCENARIO_FILES
 from drake_navbench.inputs.presets import preset_files
-from drake_navbench.navigation.costmaps.layer_plugin import COSTMAP_LAYERS
 from drake_navbench.inputs.robot import Robot
+from drake_navbench.navigation.costmaps.layer_plugin import COSTMAP_LAYERS
 from drake_navbench.plugins.kinds import is_ours
 
 REPOSITORY = Path(__file__).parents[1]
