@@ -67,6 +67,7 @@ NO_BUDGET_S = 1e9
 # Of a visit's row, what counts where that is no entry of it.
 COUNTED: Mapping[str, Callable[[Mapping[str, Any]], bool]] = {
     "fine": lambda row: not row["worse"],
+    "as_sound": lambda row: not row["worse_than_sound"],
     "none": lambda row: not row["fresh"][1],
     "rivals": lambda row: bool(row["rivals"]),
     "rare": lambda row: "rare" in row,
@@ -173,21 +174,38 @@ def visited_by(fault: Fault, complaint: Symptom, folder: Path) -> dict[str, Any]
     elif found.cure is not None:
         cure = found.cure
         row["fresh"] = [cure.before_target, cure.after_target, cure.target_trials]
-        row["worse"] = _worse(found, patient, driver)
+        row |= _worse(found, patient, driver, sound_file(fault.controller), folder)
     return row
 
 
-def _worse(found: Visit, patient: Patient, driver: Driver) -> list[str]:
-    """Returns the symptoms that more trials show after the change, on further seeds."""
+def _worse(
+    found: Visit, patient: Patient, driver: Driver, sound: Mapping[str, Any], folder: Path
+) -> dict[str, list[str]]:
+    """Returns the symptoms that more trials show after the change, on further seeds.
+
+    worse: than before it; worse_than_sound: than of the sound file.
+    """
     assert found.cure is not None
     probes = list(found.probes.values())
-    old, new = (
-        driver.drive(preset, probes, FURTHER_SEEDS, seed=FURTHER_SEED, must=True)
-        for preset in patient.before_and_after(found.cure.trial.changes)
-    )
-    return [
-        s.value for s in Symptom if _more(old, new, s) > (0 if s is Symptom.COLLISION else CHANCE)
+    own_folder = folder / "sound"
+    own_folder.mkdir(exist_ok=True)
+    healthy = patient_of(sound, own_folder)
+    presets = [
+        *patient.before_and_after(found.cure.trial.changes),
+        healthy.chosen(healthy.columns()),
     ]
+    old, new, good = (
+        driver.drive(preset, probes, FURTHER_SEEDS, seed=FURTHER_SEED, must=True)
+        for preset in presets
+    )
+    return {
+        name: [
+            s.value
+            for s in Symptom
+            if _more(rows, new, s) > (0 if s is Symptom.COLLISION else CHANCE)
+        ]
+        for name, rows in (("worse", old), ("worse_than_sound", good))
+    }
 
 
 def _more(old: list[Row], new: list[Row], symptom: Symptom) -> int:
@@ -259,6 +277,12 @@ def score_lines(visited: list[dict[str, Any]]) -> Iterator[str]:
         ("at most half as many fresh trials show the symptom: gone", visited, "gone", "90%"),
         ("of these, no fresh trial shows it", [r for r in cured if "fresh" in r], "none", ""),
         ("of these, nothing else is worse on further seeds", cured, "fine", "100%"),
+        (
+            "of these, nothing is worse than in the sound file, either",
+            [r for r in cured if "worse_than_sound" in r],
+            "as_sound",
+            "",
+        ),
         ("called too rare to find its cause", early, "rare", ""),
         ("the first suspect by reading alone, with the symptom", visited, "read", ""),
         ("no skill: the value farthest from Nav2's default", visited, "farthest", ""),

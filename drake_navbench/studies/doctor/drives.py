@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -19,7 +20,8 @@ STANDS_MPS, STANDS_RADPS = 0.02, 0.06
 class Drive(NamedTuple):
     """A log on an even clock, for detectors: arrays over time, and the outcome.
 
-    recovers: whether a navigator with recoveries drove.
+    recovers: whether a navigator with recoveries drove. half_width_m: of the robot's outline; nan
+    where it is not known, as in a recording.
     """
 
     time_s: Array
@@ -39,6 +41,7 @@ class Drive(NamedTuple):
     is_impossible: bool
     reason: str = ""
     recovers: bool = False
+    half_width_m: float = math.nan
 
     @property
     def is_refused(self) -> bool:
@@ -101,7 +104,17 @@ def drive_of(log: TrialLog) -> Drive:
         scenario.get("expected_outcome") == "aborted",
         str(info.get("reason", "")),
         scenario.get("navigation_mode") == "navigate_to_pose",
+        _half_width_m(info.get("robot", {})),
     )
+
+
+def _half_width_m(robot: Mapping[str, Any]) -> float:
+    """Returns the half width of a robot's outline to both sides of its base, m; nan without one."""
+    outline = robot.get("collision_outline") or robot.get("footprint")
+    if outline:
+        return max(abs(float(y)) for _, y in outline)
+    radius = robot.get("robot_radius")
+    return math.nan if radius is None else float(radius)
 
 
 def _is_driven(samples: pd.DataFrame) -> Array:

@@ -128,8 +128,9 @@ def _change(visit: Visit, cure: Judged, patient: Patient) -> list[str]:
         f"<p>Why: {escape(reasons)} <small>Source: {escape(_source(cure.tried))}</small></p>",
         f"<pre>{_marked(patch)}</pre>",
         f"<h2>Before and after, on fresh seeds</h2><p>Number of trials, of {cure.trials}, in which "
-        "the robot shows the symptom. Symptoms other than touches are counted only in the "
-        f"{cure.compared} trials that touch nothing before the change.</p>",
+        "the robot shows the symptom. A drive that ends early before the change, by a touch or "
+        "stuck, may miss what would follow: symptoms of the way are counted only in the "
+        f"{cure.compared} other trials.</p>",
         '<table><tr><th>symptom</th><th class="n">before</th><th class="n">after</th></tr>',
         *rows,
         "</table>",

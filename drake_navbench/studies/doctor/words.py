@@ -96,7 +96,10 @@ def _cured(cure: Judged) -> str:
     instead = ""
     if cure.instead:
         names = ", ".join(f"{name} in {count}" for name, count in cure.instead.items())
-        instead = f" In trials that touched something before, the robot now shows: {names} trials."
+        instead = (
+            " In trials that ended early before, by a touch or stuck, the robot now shows: "
+            f"{names} trials."
+        )
     touches = (cure.before[Symptom.COLLISION], cure.after[Symptom.COLLISION])
     touched = ""
     if any(touches):
@@ -105,7 +108,7 @@ def _cured(cure: Judged) -> str:
         f"The change: {change_told(cure.trial)}. On fresh seeds, which the search did not use, "
         f"{cure.before_target} of {cure.target_trials} trials showed it before and "
         f"{cure.after_target} after; {_others(cure)} in the {cure.compared} trials "
-        f"of all probes that touched nothing before.{touched}{instead}"
+        f"of all probes that did not end early before.{touched}{instead}"
     )
 
 
