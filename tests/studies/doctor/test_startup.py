@@ -132,7 +132,11 @@ def test_a_collision_monitor_needs_polygons_with_types_and_sources(facts):
     assert "monitor-without-zones" not in fired(facts(collision_monitor=whole))
     assert "Stop.type" in fired(facts(collision_monitor=monitor))["monitor-without-zones"]
     del monitor["observation_sources"]
-    assert "observation_sources" in fired(facts(collision_monitor=monitor))["monitor-without-zones"]
+    told = fired(facts(collision_monitor=monitor))["monitor-without-zones"]
+    assert "Stop.type: it does not start" in told
+    # Up to Iron nav2_bringup starts none.
+    older = fired(facts(collision_monitor=monitor, release="humble"))["monitor-without-zones"]
+    assert "Stop.type: where a launch file of yours starts it, it does not start" in older
 
 
 def test_polygons_that_are_no_names_are_refused_and_make_no_further_finding(facts):
