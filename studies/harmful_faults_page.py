@@ -103,8 +103,8 @@ def _total_lines(visited: dict[str, dict[str, Any]]) -> Iterator[str]:
     chance = np.mean([0.5 / len(candidates(e["controller"])) for e in visited.values()])
     yield ""
     yield f"In brackets Wilson's 95% interval. A visit drove {trials:.0f} trials on average; those"
-    yield f"of the census come on top. Any parameter and direction at random: {chance:.1%}. Faults of"
-    yield "one controller share a sound file, so they are less apart than the intervals suppose."
+    yield f"of the census come on top. Any parameter and direction at random: {chance:.1%}. Faults"
+    yield "of one controller share a sound file, so they are less apart than the intervals suppose."
 
 
 def _share(count: int, of: int) -> str:
@@ -134,8 +134,8 @@ def _named(entry: dict[str, Any]) -> str:
 def _seed_lines(own: dict[int, list[dict[str, Any]]]) -> Iterator[str]:
     """Yields a row for each seed: what was drawn, and what needs no drive."""
     yield "The last three columns count all faults that do harm, with nothing driven: today's"
-    yield "reading names the spoilt parameter first; the value farthest from Nav2's default is it; a"
-    yield "visit of today would try the way back, which bounds what driving can find."
+    yield "reading names the spoilt parameter first; the value farthest from Nav2's default is it;"
+    yield "a visit of today would try the way back, which bounds what driving can find."
     yield ""
     yield (
         "| seed, controllers | parameters taken | do harm | visited blind, later | reading "

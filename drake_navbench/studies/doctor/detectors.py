@@ -255,7 +255,7 @@ def _spin(d: Drive) -> float:
 
 
 def _slowness(d: Drive) -> float:
-    """The asked speed over the median speed on the way, where nothing stands near."""
+    """The asked speed, in a slow zone what it allows, over the median speed with nothing near."""
     free = ~(d.clearance_m < 0.6)
     way = (d.to_goal_m > 1.0) & free & (np.arange(len(d.time_s)) > _moved_at(d) + 20)
     if not d.has_goal:
@@ -266,7 +266,7 @@ def _slowness(d: Drive) -> float:
     driving = d.v_mps[way & (np.abs(d.w_radps) < 0.3)]
     if len(driving) * d.step_s < 2.0 or d.is_impossible:
         return 0.0
-    return min(d.asked_mps / max(float(np.median(driving)), 0.01), 10.0)
+    return min(d.zone_share * d.asked_mps / max(float(np.median(driving)), 0.01), 10.0)
 
 
 def _backward(d: Drive) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,8 +20,9 @@ STANDS_MPS, STANDS_RADPS = 0.02, 0.06
 class Drive(NamedTuple):
     """A log on an even clock, for detectors: arrays over time, and the outcome.
 
-    recovers: whether a navigator with recoveries drove. half_width_m: of the robot's outline; nan
-    where it is not known, as in a recording.
+    recovers: whether a navigator with recoveries drove. zone_share: share of the speed that the
+    slowest zone of the scenario's speed filters lets drive. half_width_m: of the robot's outline;
+    nan where it is not known, as in a recording.
     """
 
     time_s: Array
@@ -41,6 +42,7 @@ class Drive(NamedTuple):
     is_impossible: bool
     reason: str = ""
     recovers: bool = False
+    zone_share: float = 1.0
     half_width_m: float = math.nan
 
     @property
@@ -104,8 +106,20 @@ def drive_of(log: TrialLog) -> Drive:
         scenario.get("expected_outcome") == "aborted",
         str(info.get("reason", "")),
         scenario.get("navigation_mode") == "navigate_to_pose",
+        _zone_share(scenario.get("filters", ())),
         _half_width_m(info.get("robot", {})),
     )
+
+
+def _zone_share(filters: Iterable[Mapping[str, Any]]) -> float:
+    """Returns the least share of the speed that zones in percent allow; 1 without such zones."""
+    shares = [
+        float(area["value"]) / 100.0
+        for one in filters
+        if one.get("type") == "speed_percent"
+        for area in one.get("areas", ())
+    ]
+    return min([share for share in shares if share > 0.0], default=1.0)
 
 
 def _half_width_m(robot: Mapping[str, Any]) -> float:

@@ -209,14 +209,13 @@ def _findings(visit: Visit) -> list[str]:
     if not visit.findings:
         return [f"<h2>What the rules find</h2><p>{NO_FINDING}</p>"]
     rows = [
-        f"<tr><td><code>{escape(f.rule.name)}</code></td><td>{escape(f.seen)}</td>"
-        f"<td>{escape(f.cure_told)}</td>"
-        f"<td><small>{escape(f.rule.source)}</small></td></tr>"
+        f"<tr><td>{escape(f.seen)}<br><small>{escape(f.rule.name)}. Source: "
+        f"{escape(f.rule.source)}</small></td><td>{escape(f.cure_told)}</td></tr>"
         for f in without_repeated_cures(visit.findings)
     ]
     return [
         "<h2>What the rules find</h2>",
-        "<table><tr><th>rule</th><th>seen in the file</th><th>cure</th><th>source</th></tr>",
+        "<table><tr><th>seen in the file</th><th>cure</th></tr>",
         *rows,
         "</table>",
     ]

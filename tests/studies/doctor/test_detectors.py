@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from drake_navbench.logs.log import Outcome
+from drake_navbench.studies.doctor import drives
 from drake_navbench.studies.doctor.detectors import DETECTORS, severities
 from drake_navbench.studies.doctor.drives import Drive, drive_of
 from drake_navbench.studies.doctor.symptoms import Symptom
@@ -138,6 +139,15 @@ def test_half_the_asked_speed_is_too_slow_unless_something_stands_near():
     slow = np.full(300, 0.25)
     assert Symptom.TOO_SLOW in seen(drive(slow, np.zeros(300)))
     assert Symptom.TOO_SLOW not in seen(drive(slow, np.zeros(300), clearance=0.3))
+
+
+def test_half_the_speed_in_a_zone_of_half_speed_is_not_too_slow():
+    half = drive(np.full(300, 0.25), np.zeros(300))
+    assert Symptom.TOO_SLOW in seen(half)
+    assert Symptom.TOO_SLOW not in seen(half._replace(zone_share=0.5))
+    areas = [{"value": 50, "polygon": []}, {"value": 0, "polygon": []}]
+    assert drives._zone_share([{"type": "speed_percent", "areas": areas}]) == 0.5
+    assert drives._zone_share([{"type": "keepout", "areas": areas}]) == 1.0
 
 
 def test_three_turns_on_the_spot_are_a_spin():

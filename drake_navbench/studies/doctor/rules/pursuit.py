@@ -64,8 +64,8 @@ def _other_decay(
             and is_other(f.number(own, 3.0), f.number(costmap, 3.0))
         ),
         lambda f: (
-            f"inflation_cost_scaling_factor is {f.number(own, 3.0):g}, but cost_scaling_factor of the local "
-            f"costmap is {f[costmap]}: the controller {meaning}"
+            f"inflation_cost_scaling_factor is {f.number(own, 3.0):g}, but cost_scaling_factor of "
+            f"the local costmap is {f[costmap]}: the controller {meaning}"
         ),
         symptoms,
         (put("inflation_cost_scaling_factor"),),
