@@ -185,8 +185,8 @@ def _complaint(entry: dict[str, Any]) -> str:
 
 
 def _undriven(harmful: list[dict[str, Any]]) -> tuple[int, int, int]:
-    """Returns how many faults today's reading, and the farthest value, name first, and of how many
-    a visit would try the way back; nothing is driven."""
+    """Returns three numbers of faults, nothing driven: those that today's reading names first, that
+    the farthest value is, and of which a visit would try the way back."""
     counts = np.zeros(3, dtype=int)
     for entry in harmful:
         fault = fault_of(entry)

@@ -264,7 +264,7 @@ def driven_lines(faults: list[Fault]) -> Iterator[str]:
 
 
 def score_of(rows: Sequence[Mapping[str, Any]], key: str) -> tuple[int, int]:
-    """Returns how many visits have a score, and of how many it is known."""
+    """Returns the number of visits that have a score, and of those of which it is known."""
     known = [row for row in rows if KNOWN.get(key, lambda row: True)(row)]
     return sum(bool(COUNTED.get(key, itemgetter(key))(row)) for row in known), len(known)
 
