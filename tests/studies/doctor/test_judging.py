@@ -250,3 +250,17 @@ def test_what_follows_where_the_robot_gave_up_before_is_told_and_not_held_agains
     # Where the robot arrives before the change, as close a pass counts.
     fine = judged(patient, ["spins"], ["near_miss"], Symptom.SPINS)
     assert fine.worse == ["near_miss"]
+
+
+@pytest.mark.parametrize(
+    ("ended", "why"),
+    [("is_out_of_time", "had no time left (--budget)"), ("is_interrupted", "was interrupted")],
+)
+def test_a_visit_that_ends_before_a_cause_was_tried_says_why_and_what_to_try(patient, ended, why):
+    found = visits.Visit(patient.facts(), probes=PROBES, treated=Symptom.WOBBLE_STRAIGHT)
+    found.seen = {Symptom.WOBBLE_STRAIGHT: ["straight"]}
+    found.suspicions = [Suspicion(CAUSE, 1.0, ("The reason.",))]
+    setattr(found, ended, True)
+    told = verdict(found)
+    assert f"The visit {why} before a cause was tried; the same command goes on." in told
+    assert told.endswith(": set FollowPath.CostCritic.consider_footprint to true.")
