@@ -69,7 +69,7 @@ def _smoother(setup: Nav2Setup) -> list[tuple[str, str]]:
         speeds = preset.parameters.asked_speeds().max_angular_radps
         if speeds is not None and speeds > most + SPEED_TOLERANCE:
             remark = (
-                f"{preset.name} turns with up to {speeds:.3g} rad/s, the velocity smoother lets "
+                f"{plugin} turns with up to {speeds:.3g} rad/s, the velocity smoother lets "
                 f"{most:.3g} rad/s pass: arcs are wider than the controller has checked"
             )
             told.append(("velocity_smoother.max_velocity", remark))
