@@ -32,7 +32,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
@@ -67,9 +67,18 @@ NO_BUDGET_S = 1e9
 # Of a visit's row, what counts where that is no entry of it.
 COUNTED: Mapping[str, Callable[[Mapping[str, Any]], bool]] = {
     "fine": lambda row: not row["worse"],
-    "none": lambda row: not row["fresh"][1],
+    "as_sound": lambda row: not row["worse_than_sound"],
     "rivals": lambda row: bool(row["rivals"]),
     "rare": lambda row: "rare" in row,
+}
+
+# The visits of which a score is known, where it is not of all.
+KNOWN: Mapping[str, Callable[[Mapping[str, Any]], bool]] = {
+    "fine": lambda row: row["gone"],
+    "as_sound": lambda row: "worse_than_sound" in row,
+    "rivals": lambda row: "rivals" in row,
+    "rare": lambda row: "rivals" in row,
+    "abnormal": lambda row: "abnormal" in row,
 }
 
 
@@ -173,21 +182,38 @@ def visited_by(fault: Fault, complaint: Symptom, folder: Path) -> dict[str, Any]
     elif found.cure is not None:
         cure = found.cure
         row["fresh"] = [cure.before_target, cure.after_target, cure.target_trials]
-        row["worse"] = _worse(found, patient, driver)
+        row |= _worse(found, patient, driver, sound_file(fault.controller), folder)
     return row
 
 
-def _worse(found: Visit, patient: Patient, driver: Driver) -> list[str]:
-    """Returns the symptoms that more trials show after the change, on further seeds."""
+def _worse(
+    found: Visit, patient: Patient, driver: Driver, sound: Mapping[str, Any], folder: Path
+) -> dict[str, list[str]]:
+    """Returns the symptoms that more trials show after the change, on further seeds.
+
+    worse: than before it; worse_than_sound: than of the sound file.
+    """
     assert found.cure is not None
     probes = list(found.probes.values())
-    old, new = (
-        driver.drive(preset, probes, FURTHER_SEEDS, seed=FURTHER_SEED, must=True)
-        for preset in patient.before_and_after(found.cure.trial.changes)
-    )
-    return [
-        s.value for s in Symptom if _more(old, new, s) > (0 if s is Symptom.COLLISION else CHANCE)
+    own_folder = folder / "sound"
+    own_folder.mkdir(exist_ok=True)
+    healthy = patient_of(sound, own_folder)
+    presets = [
+        *patient.before_and_after(found.cure.trial.changes),
+        healthy.chosen(healthy.columns()),
     ]
+    old, new, good = (
+        driver.drive(preset, probes, FURTHER_SEEDS, seed=FURTHER_SEED, must=True)
+        for preset in presets
+    )
+    return {
+        name: [
+            s.value
+            for s in Symptom
+            if _more(rows, new, s) > (0 if s is Symptom.COLLISION else CHANCE)
+        ]
+        for name, rows in (("worse", old), ("worse_than_sound", good))
+    }
 
 
 def _more(old: list[Row], new: list[Row], symptom: Symptom) -> int:
@@ -227,50 +253,20 @@ def driven_lines(faults: list[Fault]) -> Iterator[str]:
     yield f"{len(own)} of the faults of RPP, DWB and Graceful were driven through the probes."
     yield f"{len(own) - len(harmful)} of them are harmless there, {len(harmful)} are harmful."
     yield f"The doctor was given {len(visited)} of the harmful ones, with the symptom."
-    for controller in CONTROLLERS:
-        told = ", ".join(done.get(f"sound_{controller}", ())) or "no symptom"
-        yield f"The sound {controller} file shows {told}."
-    yield "A fault that only adds to a symptom of its sound file counts as harmless."
-    if visited:
-        yield from score_lines(visited)
-    yield from ["", "| fault | sound | spoilt | new symptoms | first cause shown | change |"]
-    yield "|---|---|---|---|---|---|"
-    for fault, row in own:
-        no_answer = "none" if "first" in row else ""
-        cells = [
-            f"{fault.controller} `{fault.place.rpartition(': ')[2]}`", str(fault.sound),
-            str(fault.spoilt), ", ".join(row["harmful"]) or "none",
-            row.get("shown") or no_answer, row.get("change") or no_answer,
-        ]  # fmt: skip
-        yield f"| {' | '.join(cells)} |"
+    yield "Symptoms of the sound files, to which a fault that only adds counts as harmless:"
+    for c in CONTROLLERS:
+        told = ", ".join(done.get(f"sound_{c}", ())) or "none"
+        yield f"{c}: {told}{'.' if c == CONTROLLERS[-1] else ';'}"
+    for fault, row in harmful:
+        yield f"The harmful one is {fault.controller}'s `{fault.place.rpartition(': ')[2]}` of"
+        yield f"{fault.spoilt} in place of {fault.sound}: the first cause shown is"
+        yield f"`{row.get('shown') or 'none'}`, the change {row['change'] or 'none'}."
 
 
-def score_lines(visited: list[dict[str, Any]]) -> Iterator[str]:
-    cured = [row for row in visited if row["gone"]]
-    odd = [row for row in visited if "abnormal" in row]
-    new = [row for row in visited if "rivals" in row]
-    early = visited if any("rare" in row for row in visited) else []
-    yield from ["", "| of the harmful ones | number | of | 95% | goal |", "|---|---|---|---|---|"]
-    for told, rows, key, goal in (
-        ("the first cause shown is the spoilt parameter", visited, "first", "90%"),
-        ("that of the change offered is: the first cause until 2035", new, "offered", ""),
-        ("some cause shown is", visited, "among", ""),
-        ("driving cannot tell the first from another parameter", new, "rivals", ""),
-        ("at most half as many fresh trials show the symptom: gone", visited, "gone", "90%"),
-        ("of these, no fresh trial shows it", [r for r in cured if "fresh" in r], "none", ""),
-        ("of these, nothing else is worse on further seeds", cured, "fine", "100%"),
-        ("called too rare to find its cause", early, "rare", ""),
-        ("the first suspect by reading alone, with the symptom", visited, "read", ""),
-        ("no skill: the value farthest from Nav2's default", visited, "farthest", ""),
-        ("the likeliest abnormal value, nothing driven", odd, "abnormal", ""),
-    ):
-        if rows:
-            count = sum(bool(COUNTED.get(key, itemgetter(key))(row)) for row in rows)
-            yield f"| {told} | {count} | {len(rows)} | {share_text(count, len(rows))} | {goal} |"
-    yield from [
-        "",
-        f"A visit drove {np.mean([row['trials'] for row in visited]):.0f} trials on average.",
-    ]
+def score_of(rows: Sequence[Mapping[str, Any]], key: str) -> tuple[int, int]:
+    """Returns the number of visits that have a score, and of those of which it is known."""
+    known = [row for row in rows if KNOWN.get(key, lambda row: True)(row)]
+    return sum(bool(COUNTED.get(key, itemgetter(key))(row)) for row in known), len(known)
 
 
 def main(argv: list[str]) -> None:

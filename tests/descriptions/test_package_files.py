@@ -245,7 +245,7 @@ def test_the_doctor_tells_the_same_contradictions_of_nav2_file_and_model(reposit
     assert doctor(["--package", str(repository), "--read-only"]) == 0
     told = " ".join(capsys.readouterr().out.split())
     assert "Nav2 file and model cart.urdf.xacro contradict each other (2)" in told
-    assert "linear speed: asks for up to 0.9 m/s, the model allows 0.4 m/s" in told
+    assert "- FollowPath: linear speed: asks for up to 0.9 m/s, the model allows 0.4 m/s" in told
     assert "the costmap's padded outline reaches 0.6" in told
     nav2 = repository / "cart_nav" / "config" / "nav2_params.yaml"
     assert doctor([str(nav2), "--read-only"]) == 0

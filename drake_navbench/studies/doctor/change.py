@@ -21,6 +21,7 @@ from drake_navbench.studies.doctor.driving import (
     shows,
 )
 from drake_navbench.studies.doctor.files import Patient
+from drake_navbench.studies.doctor.race import CUTS_SHORT
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.tried import Tried, Verdict
 
@@ -32,18 +33,21 @@ FRESH_SEEDS = 2
 LEAST_SHOWN, MORE_FRESH_SEEDS = 3, 8
 # This many more trials with another symptom may be chance; further touches never are.
 CHANCE = 1
+# What comes in place of an early end, and is compared where the file as it is ends early, too.
+ENDS = (*CUTS_SHORT, Symptom.GOAL_NOT_REACHED)
 
 
 @dataclass(frozen=True)
 class Judged:
     """A change on fresh seeds. before, after: in how many trials each symptom is shown.
 
-    Trials in which the file as it is touches something end there: other symptoms are compared over
-    the rest, `compared`. before_target, after_target: likewise of the symptom, in the probes that
-    showed it, `showing`. instead: by symptom, in how many of the trials with a touch before it is
-    shown now. best: index of the trial of these probes in which the symptom falls most. symptom:
-    the one that the change is for. fails: whether the program failed in a trial with the change,
-    but not without.
+    Trials that a touch or another of CUTS_SHORT ends before the change may miss what would follow:
+    most symptoms are compared over the rest, `compared`; ENDS and the treated symptom over all but
+    those with a touch; touches over all. before_target, after_target: likewise of the symptom, in
+    the probes that showed it, `showing`. instead: by symptom, in how many of the trials that are
+    not compared it is shown now. best: index of the trial of these probes in which the symptom
+    falls most. symptom: the one that the change is for. fails: whether the program failed in a
+    trial with the change, but not without.
     """
 
     tried: Tried
@@ -172,6 +176,23 @@ def judge(
             return
 
 
+def _comparable(old: Sequence[Row], symptom: Symptom, treated: Symptom) -> list[int]:
+    """Returns the indices of the trials in which the file as it is could have shown a symptom."""
+    if symptom is Symptom.COLLISION:
+        return list(range(len(old)))
+    is_last = symptom in ENDS or symptom is treated
+    return [
+        index
+        for index, row in enumerate(old)
+        if not (shows(row, Symptom.COLLISION) if is_last else _is_cut(row))
+    ]
+
+
+def _is_cut(row: Row) -> bool:
+    """Tells whether a drive ended early, so that it may miss what would follow."""
+    return any(shows(row, symptom) for symptom in CUTS_SHORT)
+
+
 def _fails(old: Sequence[Row], new: Sequence[Row]) -> bool:
     return any(has_failed(b) and not has_failed(a) for a, b in zip(old, new, strict=True))
 
@@ -187,17 +208,11 @@ def _judged(
 ) -> Judged:
     """Returns a judgement. everything, target: rows [before or after, trial] of all that was driven
     and of the probes that showed the symptom."""
-    names = [s.value for s in Symptom]
     old, new = everything
-    touched = [shows(row, Symptom.COLLISION) for row in old]
-    rest = [index for index, has_touched in enumerate(touched) if not has_touched]
-
-    def counted(rows: Sequence[Row], name: str) -> int:
-        indices = range(len(rows)) if name == Symptom.COLLISION else rest
-        return sum(shows(rows[index], name) for index in indices)
-
-    where = [index for index, has_touched in enumerate(touched) if has_touched]
-    instead = {name: sum(shows(new[index], name) for index in where) for name in names}
+    where = {s: _comparable(old, s, symptom) for s in Symptom}
+    rest = [i for i in where[Symptom.COLLISION] if not _is_cut(old[i])]
+    others = {s: [i for i in range(len(old)) if i not in where[s]] for s in Symptom}
+    instead = {s.value: sum(shows(new[i], s) for i in others[s]) for s in Symptom}
     before, after = ([severity(row, symptom) for row in rows] for rows in target)
     falls = [a - b for a, b in zip(before, after, strict=True)]
     return Judged(
@@ -205,8 +220,8 @@ def _judged(
         trial,
         len(old),
         len(rest),
-        {name: counted(old, name) for name in names},
-        {name: counted(new, name) for name in names},
+        {s.value: sum(shows(old[i], s) for i in where[s]) for s in Symptom},
+        {s.value: sum(shows(new[i], s) for i in where[s]) for s in Symptom},
         sum(shows(row, symptom, bar) for row in target[0]),
         sum(shows(row, symptom, bar) for row in target[1]),
         len(before),

@@ -158,6 +158,10 @@ def _as_in_the_file(cause: Cause, facts: Facts) -> str:
         if raw in [f"{start}{own}" for own in names]
         or (raw.startswith((*starts,)) and raw.endswith(f".{name}"))
     ]
+    if not found and name in OF_SOURCES:
+        # What is missing goes into the block of the source.
+        topics = [raw for raw in facts.raw if raw.startswith((*starts,)) and raw.endswith(".topic")]
+        found = [f"{topic.removesuffix('.topic')}.{name}" for topic in topics]
     if len(found) != 1:
         return cause.told
     whole = found[0].removeprefix(f"{SERVER}.") if first == CONTROLLER else found[0]

@@ -1,6 +1,7 @@
 """Symptoms as numbers: what a trial's log shows of each, against a threshold with its reason.
 
-A number is the severity: what was measured over the threshold; above 1 the symptom is there.
+A number is the severity: what was measured over the threshold; above 1 the symptom is there. Of two
+numbers for one symptom the larger one counts.
 All detectors take any log of a drive; those that need a plan or a goal are silent without one.
 """
 
@@ -59,6 +60,12 @@ WANTED_TURN_RAD = 0.5
 UNDER_WAY, LAST_S = 0.5, 3.0
 # What counts as at the goal beyond its tolerance, m.
 NEAR_GOAL_M = 0.6
+# A plan is no more exact than a cell of its costmap, and the probes' corridor leaves 0.4 m on each
+# side of a robot, however wide it is.
+LEAST_WIDTH_M, MOST_WIDTH_M = 0.05, 0.35
+# A slow-down, and a speeding-up after it, by this share of the speed that is asked for is seen. A
+# bend and an obstacle are reasons for WANTED_SURGES of them.
+SURGE, WANTED_SURGES = 0.3, 2
 
 
 def _touches(d: Drive) -> float:
@@ -124,17 +131,17 @@ def _nearest(d: Drive) -> NDArray[np.int64]:
     return np.asarray(gaps.argmin(axis=1))
 
 
-def _turning_points(values: Array) -> list[float]:
-    """Returns the extremes of a signal that differ by more than what is seen, one after another."""
+def _turning_points(values: Array, least: float = SEEN_RAD) -> list[float]:
+    """Returns the extremes of a signal that differ by more than `least`, one after another."""
     if len(values) == 0:
         return []
     extremes, low, high, rising = [float(values[0])], values[0], values[0], 0
     for value in values[1:]:
         low, high = min(low, value), max(high, value)
-        if rising <= 0 and value - low > SEEN_RAD:
+        if rising <= 0 and value - low > least:
             extremes.append(float(low))
             rising, high = 1, value
-        elif rising >= 0 and high - value > SEEN_RAD:
+        elif rising >= 0 and high - value > least:
             extremes.append(float(high))
             rising, low = -1, value
         if rising > 0:
@@ -145,13 +152,16 @@ def _turning_points(values: Array) -> list[float]:
 
 
 def _off_path(d: Drive) -> float:
-    """The largest distance from the plan, m; of a plan that begins behind the robot nothing.
+    """The largest distance from the plan over the robot's half width, which counts as LEAST_WIDTH_M
+    at least and MOST_WIDTH_M at most; of a plan that begins behind the robot 0.
 
     Who turns by an arc has left such a plan and cut no corner.
     """
     if len(d.plan_m) < 2 or abs(math.remainder(_heading_error(d)[0], math.tau)) > BEGINS_BEHIND_RAD:
         return 0.0
-    return float(np.hypot(*(d.xy_m - d.plan_m[_nearest(d)]).T).max())
+    width_m = min(max(d.half_width_m, LEAST_WIDTH_M), MOST_WIDTH_M)
+    off_m = float(np.hypot(*(d.xy_m - d.plan_m[_nearest(d)]).T).max())
+    return off_m / (MOST_WIDTH_M if math.isnan(d.half_width_m) else width_m)
 
 
 def _beyond_goal(d: Drive) -> float:
@@ -227,6 +237,16 @@ def _stops(d: Drive) -> float:
     return float(count) if not d.is_impossible else 0.0
 
 
+def _surges(d: Drive) -> float:
+    """Slow-downs on the way that a speeding-up follows, beyond those that are wanted."""
+    away = (d.to_goal_m > NEAR_GOAL_M) & (np.arange(len(d.time_s)) >= _moved_at(d))
+    least, count = SURGE * max(d.asked_mps, 0.1), 0
+    for piece in _pieces(away):
+        # A low is a turning point only after a speeding-up.
+        count += int((np.diff(_turning_points(d.v_mps[piece], least)) < -least).sum())
+    return float(max(count - WANTED_SURGES, 0)) if not d.is_impossible else 0.0
+
+
 def _spin(d: Drive) -> float:
     """Turns on the spot beyond one whole turn, rad."""
     turning = np.abs(d.v_mps) < 2 * STANDS_MPS
@@ -235,7 +255,7 @@ def _spin(d: Drive) -> float:
 
 
 def _slowness(d: Drive) -> float:
-    """The asked speed over the median speed on the way, where nothing stands near."""
+    """The asked speed, in a slow zone what it allows, over the median speed with nothing near."""
     free = ~(d.clearance_m < 0.6)
     way = (d.to_goal_m > 1.0) & free & (np.arange(len(d.time_s)) > _moved_at(d) + 20)
     if not d.has_goal:
@@ -246,7 +266,7 @@ def _slowness(d: Drive) -> float:
     driving = d.v_mps[way & (np.abs(d.w_radps) < 0.3)]
     if len(driving) * d.step_s < 2.0 or d.is_impossible:
         return 0.0
-    return min(d.asked_mps / max(float(np.median(driving)), 0.01), 10.0)
+    return min(d.zone_share * d.asked_mps / max(float(np.median(driving)), 0.01), 10.0)
 
 
 def _backward(d: Drive) -> float:
@@ -320,9 +340,9 @@ DETECTORS: tuple[Detector, ...] = (
     Detector(
         Symptom.CORNER_CUTTING,
         _off_path,
-        0.35,
-        "m off the plan",
-        "the probes' corridor leaves 0.4 m on each side of the robot",
+        1.0,
+        "half widths of the robot off the plan",
+        "the plan no longer runs below the robot",
     ),
     Detector(
         Symptom.GOAL_OVERSHOOT,
@@ -355,6 +375,13 @@ DETECTORS: tuple[Detector, ...] = (
     Detector(Symptom.NO_START, _does_not_start, 4.0, "s", "a plan takes 1 s, a turn 3 s"),
     Detector(
         Symptom.STOP_START_JERK, _stops, 1.5, "stops", "the robot may stop once for an obstacle"
+    ),
+    Detector(
+        Symptom.STOP_START_JERK,
+        _surges,
+        1.5,
+        "slow-downs beyond two",
+        "a bend and an obstacle are reasons for two",
     ),
     Detector(
         Symptom.SPINS, _spin, 3.0, "rad beyond a turn", "half a turn more than any goal needs"
@@ -417,11 +444,12 @@ def severities(log: TrialLog) -> dict[str, float]:
     if len(drive.time_s) < 3:
         return {}
     takes_time = log.info.get("robot", {}).get("timing", {}).get("compute_time", 0.0) != 0.0
-    return {
-        detector.symptom.value: round(float(detector.measure(drive)) / detector.threshold, 4)
-        for detector in DETECTORS
-        if takes_time or detector.symptom is not Symptom.LATE_CYCLES
-    }
+    found: dict[str, float] = {}
+    for symptom, measure, threshold, *_ in DETECTORS:
+        if takes_time or symptom is not Symptom.LATE_CYCLES:
+            value = round(float(measure(drive)) / threshold, 4)
+            found[symptom.value] = max(value, found.get(symptom.value, 0.0))
+    return found
 
 
 @cache

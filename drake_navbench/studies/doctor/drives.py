@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +20,9 @@ STANDS_MPS, STANDS_RADPS = 0.02, 0.06
 class Drive(NamedTuple):
     """A log on an even clock, for detectors: arrays over time, and the outcome.
 
-    recovers: whether a navigator with recoveries drove.
+    recovers: whether a navigator with recoveries drove. zone_share: share of the speed that the
+    slowest zone of the scenario's speed filters lets drive. half_width_m: of the robot's outline;
+    nan where it is not known, as in a recording.
     """
 
     time_s: Array
@@ -39,6 +42,8 @@ class Drive(NamedTuple):
     is_impossible: bool
     reason: str = ""
     recovers: bool = False
+    zone_share: float = 1.0
+    half_width_m: float = math.nan
 
     @property
     def is_refused(self) -> bool:
@@ -101,7 +106,29 @@ def drive_of(log: TrialLog) -> Drive:
         scenario.get("expected_outcome") == "aborted",
         str(info.get("reason", "")),
         scenario.get("navigation_mode") == "navigate_to_pose",
+        _zone_share(scenario.get("filters", ())),
+        _half_width_m(info.get("robot", {})),
     )
+
+
+def _zone_share(filters: Iterable[Mapping[str, Any]]) -> float:
+    """Returns the least share of the speed that zones in percent allow; 1 without such zones."""
+    shares = [
+        float(area["value"]) / 100.0
+        for one in filters
+        if one.get("type") == "speed_percent"
+        for area in one.get("areas", ())
+    ]
+    return min([share for share in shares if share > 0.0], default=1.0)
+
+
+def _half_width_m(robot: Mapping[str, Any]) -> float:
+    """Returns the half width of a robot's outline to both sides of its base, m; nan without one."""
+    outline = robot.get("collision_outline") or robot.get("footprint")
+    if outline:
+        return max(abs(float(y)) for _, y in outline)
+    radius = robot.get("robot_radius")
+    return math.nan if radius is None else float(radius)
 
 
 def _is_driven(samples: pd.DataFrame) -> Array:

@@ -12,14 +12,28 @@ import numpy as np
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import CheckRow, Status
+from drake_navbench.inputs.drive import Drive
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot, is_model
 from drake_navbench.nav2.known_base import known_base_of
 from drake_navbench.nav2.patch import Place, patched
 from drake_navbench.nav2.robot import Nav2Setup
-from drake_navbench.nav2.whole_files import FileColumns, WholeFile, columns_of_files
+from drake_navbench.nav2.whole_files import (
+    FileColumns,
+    WholeFile,
+    columns_of_files,
+    robot_of_files,
+)
 from drake_navbench.studies.doctor.facts import Facts, facts_of
 from drake_navbench.studies.doctor.left_out import readable_setup
+
+# The limits of a drive that a Nav2 file may set.
+SPEEDS = (
+    "max_linear_velocity_mps",
+    "min_linear_velocity_mps",
+    "max_angular_velocity_radps",
+    "max_lateral_velocity_mps",
+)
 
 
 @dataclass(frozen=True)
@@ -108,15 +122,36 @@ class Patient:
     def before_and_after(self, changes: Mapping[Place, Any]) -> tuple[Preset, Preset]:
         """Returns the columns of the file as it is and with a change, for one base.
 
-        Raises InputError where the change is refused, or asks more of the base than the file does.
+        Raises InputError where the change is refused, or asks for more speed than the file does and
+        the lent base can do.
         """
         before, after = self._with(changes)
         alone = self.columns()
-        if before.setup.robot.drive != alone.setup.robot.drive:
-            raise InputError("asks more of the base than the file does")
+        drive = before.setup.robot.drive
+        if drive != alone.setup.robot.drive and not self._can(drive, alone.setup.robot.drive):
+            raise InputError("asks for more speed than the file does and the robot can do")
         if not np.array_equal(after.setup.robot.outline, alone.setup.robot.outline):
             raise InputError("changes the outline, which is the robot's own body here")
         return self.chosen(before), self.chosen(after)
+
+    def _can(self, drive: Drive, alone: Drive) -> bool:
+        """Tells whether a drive exceeds the file's only in speeds, and the robot's own has these.
+
+        A speed that the robot's file does not give is not its own.
+        """
+        own = self._own_drive
+        more = {name: value for name, value in drive if getattr(alone, name, None) != value}
+        return type(drive) is type(alone) and all(
+            name in SPEEDS
+            and name in own.model_fields_set
+            and abs(value) <= abs(getattr(own, name))
+            for name, value in more.items()
+        )
+
+    @cached_property
+    def _own_drive(self) -> Drive:
+        """The drive of the robot as its own file has it, whatever the Nav2 file asks for."""
+        return robot_of_files(self.robot, self.paths, self.values)[0].drive
 
     def require_read(self, place: Place, value: Any) -> None:
         """Raises InputError if Nav2 does not read a parameter, or refuses its value."""

@@ -128,8 +128,9 @@ def _change(visit: Visit, cure: Judged, patient: Patient) -> list[str]:
         f"<p>Why: {escape(reasons)} <small>Source: {escape(_source(cure.tried))}</small></p>",
         f"<pre>{_marked(patch)}</pre>",
         f"<h2>Before and after, on fresh seeds</h2><p>Number of trials, of {cure.trials}, in which "
-        "the robot shows the symptom. Symptoms other than touches are counted only in the "
-        f"{cure.compared} trials that touch nothing before the change.</p>",
+        "the robot shows the symptom. A drive that ends early before the change, by a touch or "
+        "stuck, may miss what would follow: symptoms of the way are counted only in the "
+        f"{cure.compared} other trials.</p>",
         '<table><tr><th>symptom</th><th class="n">before</th><th class="n">after</th></tr>',
         *rows,
         "</table>",
@@ -208,14 +209,13 @@ def _findings(visit: Visit) -> list[str]:
     if not visit.findings:
         return [f"<h2>What the rules find</h2><p>{NO_FINDING}</p>"]
     rows = [
-        f"<tr><td><code>{escape(f.rule.name)}</code></td><td>{escape(f.seen)}</td>"
-        f"<td>{escape(f.cure_told)}</td>"
-        f"<td><small>{escape(f.rule.source)}</small></td></tr>"
+        f"<tr><td>{escape(f.seen)}<br><small>{escape(f.rule.name)}. Source: "
+        f"{escape(f.rule.source)}</small></td><td>{escape(f.cure_told)}</td></tr>"
         for f in without_repeated_cures(visit.findings)
     ]
     return [
         "<h2>What the rules find</h2>",
-        "<table><tr><th>rule</th><th>seen in the file</th><th>cure</th><th>source</th></tr>",
+        "<table><tr><th>seen in the file</th><th>cure</th></tr>",
         *rows,
         "</table>",
     ]

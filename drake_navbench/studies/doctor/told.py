@@ -151,7 +151,8 @@ def told_blindness(facts: Facts) -> list[str]:
     The lidar is the robot file's; the user's own may be lower.
     """
     return [
-        f"{place}: {remark}; give --robot a file with your own lidar's height"
+        f"{place}: {remark}; correct the heights or, if your lidar is "
+        "at another height, give --robot a file with it"
         for place, remark in facts.doubts.items()
         if remark.startswith(LIDAR_HEIGHT)
     ]

@@ -92,8 +92,9 @@ class Unusual(NamedTuple):
 def unusual_value(facts: Facts, place: str, *, least: float = FAR) -> Unusual | None:
     """Returns a parameter's value if it is far from Nav2's default and nav2_bringup's, else None.
 
-    least: the ratio from which on a value is far. A length that grows with the robot's speed or
-    size is far if it is so from the usual values as they are and scaled to this robot.
+    A value is far if it is `least` times these or more, or less than 1 / least times. A length that
+    grows with the robot's speed or size is far if it is so from the usual values as they are and
+    scaled to this robot.
     """
     value = facts[place]
     if isinstance(value, bool) or not isinstance(value, int | float):
@@ -110,7 +111,8 @@ def unusual_value(facts: Facts, place: str, *, least: float = FAR) -> Unusual | 
     nearest = min(usual, key=lambda u: abs(math.log(value / u)))
     ratio = value / nearest
     scaled = min([abs(math.log(ratio / scale)) for scale in _scales(facts, place)])
-    if min(scaled, abs(math.log(ratio))) < math.log(least) - 1e-9:
+    slack = -1e-9 if ratio > 1.0 else 1e-9
+    if min(scaled, abs(math.log(ratio))) < math.log(least) + slack:
         return None
     return Unusual(place, float(value), nearest, ratio)
 

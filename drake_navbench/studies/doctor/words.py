@@ -8,7 +8,7 @@ from drake_navbench.nav2.controllers import SERVER
 from drake_navbench.nav2.patch import Place
 from drake_navbench.studies.doctor.causes import Cause
 from drake_navbench.studies.doctor.change import Judged
-from drake_navbench.studies.doctor.cures import Trial
+from drake_navbench.studies.doctor.cures import Trial, told_with_step
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
 from drake_navbench.studies.doctor.told import told_blindness, told_failures
 from drake_navbench.studies.doctor.tried import (
@@ -56,7 +56,11 @@ def _verdict(visit: Visit) -> str:
             f"change that makes nothing else worse{_why_not(visit)}.{_likeliest(visit)}"
         )
     if _is_unfinished(visit) and not any(entry.pairs for entry in visit.tried):
-        return f"{what} The visit ended before a cause was tried. The same command goes on."
+        why = "was interrupted" if visit.is_interrupted else "had no time left (--budget)"
+        return (
+            f"{what} The visit {why} before a cause was tried; the same command goes on. "
+            f"{_first_to_try(visit)}"
+        )
     outside = [e.suspicion.cause.told for e in visit.tried if e.verdict is Verdict.OUTSIDE]
     could = f" Also possible: {outside[0]}." if outside else ""
     ended = " There was no time to try more." if _is_unfinished(visit) else ""
@@ -74,11 +78,15 @@ def _nothing_seen(visit: Visit) -> str:
         return "Nothing to improve: no probe shows a symptom."
     others = ", ".join(symptom.value for symptom in visit.seen)
     seen = f" The probes show {others}: give one of these to --symptom." if others else ""
-    suspects = "; ".join(s.cause.told for s in visit.suspicions[:MOST_NAMED])
     return (
         f"No cause found: no probe shows {visit.asked} with this file and robot.{seen} "
-        f"By the rules and by users' reports, try first: {suspects}."
+        f"{_first_to_try(visit)}"
     )
+
+
+def _first_to_try(visit: Visit) -> str:
+    told = [told_with_step(s.cause, visit.facts) for s in visit.suspicions[:MOST_NAMED]]
+    return f"By the rules and by users' reports, try first: {'; '.join(told)}."
 
 
 def _is_unfinished(visit: Visit) -> bool:
@@ -96,7 +104,10 @@ def _cured(cure: Judged) -> str:
     instead = ""
     if cure.instead:
         names = ", ".join(f"{name} in {count}" for name, count in cure.instead.items())
-        instead = f" In trials that touched something before, the robot now shows: {names} trials."
+        instead = (
+            " In trials that ended early before, by a touch or stuck, the robot now shows: "
+            f"{names} trials."
+        )
     touches = (cure.before[Symptom.COLLISION], cure.after[Symptom.COLLISION])
     touched = ""
     if any(touches):
@@ -105,7 +116,7 @@ def _cured(cure: Judged) -> str:
         f"The change: {change_told(cure.trial)}. On fresh seeds, which the search did not use, "
         f"{cure.before_target} of {cure.target_trials} trials showed it before and "
         f"{cure.after_target} after; {_others(cure)} in the {cure.compared} trials "
-        f"of all probes that touched nothing before.{touched}{instead}"
+        f"of all probes that did not end early before.{touched}{instead}"
     )
 
 

@@ -185,10 +185,27 @@ def test_the_patched_file_keeps_comments_and_differs_in_one_line(patient):
     assert len(changed) == 1
 
 
-def test_a_change_that_asks_more_of_the_base_is_refused(patient):
-    one = patient(nav2_text(RPP_BLOCK, plugin=RPP))
-    with pytest.raises(InputError, match="asks more of the base"):
-        one.before_and_after({Place("controller_server", "FollowPath.desired_linear_vel"): 2.0})
+def test_a_change_may_ask_for_the_speed_that_the_robots_own_file_gives(tmp_path):
+    # The file asks for 0.1 m/s; the TurtleBot 4 does 0.31 m/s.
+    path = tmp_path / "nav2.yaml"
+    path.write_text(nav2_text(RPP_BLOCK | {"desired_linear_vel": 0.1}, plugin=RPP))
+    one = Patient((path,), "turtlebot4", {}, "jazzy")
+    place = Place("controller_server", "FollowPath.desired_linear_vel")
+    before, after = one.before_and_after({place: 0.3})
+    for preset, speed_mps in ((before, 0.1), (after, 0.3)):
+        assert preset.parameters.max_linear_vel == speed_mps
+        assert preset.stack.drive.max_linear_velocity_mps == 0.3
+    with pytest.raises(InputError, match="asks for more speed than the file does and the robot"):
+        one.before_and_after({place: 0.4})
+
+
+def test_a_speed_that_the_robots_file_does_not_give_is_not_its_own(tmp_path):
+    robot, path = tmp_path / "mine.yaml", tmp_path / "nav2.yaml"
+    robot.write_text("description: mine\nrobot_radius: 0.2\ndrive: {type: differential}\n")
+    path.write_text(nav2_text(RPP_BLOCK | {"desired_linear_vel": 0.1}, plugin=RPP))
+    one = Patient((path,), str(robot), {}, "jazzy")
+    with pytest.raises(InputError, match="asks for more speed"):
+        one.before_and_after({Place("controller_server", "FollowPath.desired_linear_vel"): 0.3})
 
 
 @pytest.mark.parametrize(

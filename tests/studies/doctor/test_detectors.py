@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from drake_navbench.logs.log import Outcome
+from drake_navbench.studies.doctor import drives
 from drake_navbench.studies.doctor.detectors import DETECTORS, severities
 from drake_navbench.studies.doctor.drives import Drive, drive_of
 from drake_navbench.studies.doctor.symptoms import Symptom
@@ -140,6 +141,15 @@ def test_half_the_asked_speed_is_too_slow_unless_something_stands_near():
     assert Symptom.TOO_SLOW not in seen(drive(slow, np.zeros(300), clearance=0.3))
 
 
+def test_half_the_speed_in_a_zone_of_half_speed_is_not_too_slow():
+    half = drive(np.full(300, 0.25), np.zeros(300))
+    assert Symptom.TOO_SLOW in seen(half)
+    assert Symptom.TOO_SLOW not in seen(half._replace(zone_share=0.5))
+    areas = [{"value": 50, "polygon": []}, {"value": 0, "polygon": []}]
+    assert drives._zone_share([{"type": "speed_percent", "areas": areas}]) == 0.5
+    assert drives._zone_share([{"type": "keepout", "areas": areas}]) == 1.0
+
+
 def test_three_turns_on_the_spot_are_a_spin():
     # 1 rad/s for 18.8 s.
     assert Symptom.SPINS in seen(drive(np.zeros(377), np.ones(377)))
@@ -148,6 +158,37 @@ def test_three_turns_on_the_spot_are_a_spin():
 def test_two_stops_on_the_way_are_stop_and_start():
     v = np.concatenate([np.full(30, 0.5), np.zeros(10)] * 2 + [np.full(60, 0.5)])
     assert Symptom.STOP_START_JERK in seen(drive(v, np.zeros(len(v))))
+
+
+def surging(times, low):
+    """Returns the speeds of a drive of 0.5 m/s that slows down so many times, for half a second."""
+    piece = np.concatenate([np.full(20, 0.5), np.full(10, low)])
+    return np.concatenate([*[piece] * times, np.full(20, 0.5)])
+
+
+def test_four_slow_downs_without_a_stop_are_jerky_and_two_are_wanted():
+    def jerky(v):
+        return Symptom.STOP_START_JERK in seen(drive(v, np.zeros(len(v))))
+
+    # From 0.5 to 0.3 m/s is 0.4 of the speed that is asked for; to 0.4 m/s nobody sees.
+    assert jerky(surging(4, 0.3))
+    assert not jerky(surging(2, 0.3))
+    assert not jerky(surging(6, 0.4))
+    # The larger of both numbers counts: two slow-downs beyond two, over 1.5.
+    v = surging(4, 0.3)
+    values = {d.measure(drive(v, 0.0 * v)) for d in DETECTORS if d.symptom == "stop_start_jerk"}
+    assert values == {0.0, 2.0}
+
+
+@pytest.mark.parametrize(
+    ("half_width_m", "cuts"),
+    [(0.03, True), (0.175, True), (0.3, False), (0.6, False), (float("nan"), False)],
+)
+def test_who_is_off_the_plan_by_more_than_the_robots_half_width_cuts_corners(half_width_m, cuts):
+    # 0.2 m beside the plan; a small robot counts as 0.05 m wide, a large or unknown one as 0.35 m.
+    beside = drive(np.full(100, 0.5), np.zeros(100))
+    beside = beside._replace(xy_m=np.add(beside.xy_m, [0.0, 0.2]), half_width_m=half_width_m)
+    assert (Symptom.CORNER_CUTTING in seen(beside)) is cuts
 
 
 def test_stops_for_a_turn_on_the_spot_are_wanted():

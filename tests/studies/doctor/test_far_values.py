@@ -37,9 +37,10 @@ def test_a_value_far_from_both_is_told_last_with_its_way_back(found):
     assert findings[-1] is finding
     assert finding.seen.startswith("GoalCritic.cost_weight is 1.25, 0.25 times the usual 5 (Nav2's")
     assert finding.cure_told == "raise GoalCritic.cost_weight to 5.0"
-    # 5.0 / 2.5 = 2 is near enough.
-    near = MPPI_BLOCK | {"GoalCritic": {"cost_weight": 2.5}}
-    assert far(found(nav2_text(near, plugin=MPPI))) == []
+    # Just 0.4 times is not less than that; just 2.5 times is far.
+    for weight, is_far in ((2.0, False), (1.99, True), (12.4, False), (12.5, True)):
+        text = nav2_text(MPPI_BLOCK | {"GoalCritic": {"cost_weight": weight}}, plugin=MPPI)
+        assert bool(far(found(text))) is is_far
 
 
 def test_a_value_that_nobody_reads_is_not_far(found):
@@ -167,7 +168,7 @@ def test_a_scaling_distance_within_a_small_inflation_is_not_far(found, inflation
 
 @pytest.mark.parametrize(("radius_m", "is_far"), [(0.03, False), (0.19, True)])
 def test_a_tiny_robots_costmap_has_small_cells(found, radius_m, is_far):
-    """0.02 m are 0.4 times bringup's 0.05 m."""
-    costmap = {"resolution": 0.02, "robot_radius": radius_m, "footprint": ""}
+    """0.019 m are less than 0.4 times bringup's 0.05 m."""
+    costmap = {"resolution": 0.019, "robot_radius": radius_m, "footprint": ""}
     text = nav2_text(RPP_BLOCK, plugin=RPP, local_costmap=costmap)
     assert any("resolution" in f.rule.name for f in far(found(text))) is is_far

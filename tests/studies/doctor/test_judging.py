@@ -201,11 +201,11 @@ def test_what_could_not_be_driven_is_told_if_reading_finds_it_likelier_than_what
     faster = Suspicion(CAUSE._replace(place="controller.vx_max"), score, ("The reason.",))
     refused = tried(
         0.0, 0.0, 1.0, verdict=Verdict.NOT_TRIED, suspicion=faster, trial=OTHER_TRIAL, pairs=0,
-        reason="asks more of the base",
+        reason="asks for more speed",
     )  # fmt: skip
     good = judged(patient, ["wobble_straight"], [], Symptom.WOBBLE_STRAIGHT)
     found = visited(patient, [first, refused], [replace(good, tried=first)])
-    told = "likely by reading: FollowPath.vx_max = 0.3 (asks more of the base)."
+    told = "likely by reading: FollowPath.vx_max = 0.3 (asks for more speed)."
     assert verdict(found).endswith(told) == is_told
 
 
@@ -235,3 +235,32 @@ def test_what_stands_where_there_was_a_touch_is_told_and_not_held_against_the_ch
     assert found.compared == 0
     # Eight seeds of the probe that showed it, two of the other two.
     assert found.instead == {"gives_up_late": 12}
+
+
+def test_what_follows_where_the_robot_gave_up_before_is_told_and_not_held_against_the_change(
+    patient,
+):
+    # Without the change every drive ends at its start; with it a box is passed closely.
+    found = judged(patient, ["false_abort"], ["near_miss"], Symptom.FALSE_ABORT)
+    assert found.helps
+    assert (found.compared, found.instead) == (0, {"near_miss": 12})
+    # To be stuck for ever in place of giving up is no cure, and a touch never is.
+    for worse in ("goal_not_reached", "no_recovery", "collision"):
+        assert judged(patient, ["false_abort"], [worse], Symptom.FALSE_ABORT).worse == [worse]
+    # Where the robot arrives before the change, as close a pass counts.
+    fine = judged(patient, ["spins"], ["near_miss"], Symptom.SPINS)
+    assert fine.worse == ["near_miss"]
+
+
+@pytest.mark.parametrize(
+    ("ended", "why"),
+    [("is_out_of_time", "had no time left (--budget)"), ("is_interrupted", "was interrupted")],
+)
+def test_a_visit_that_ends_before_a_cause_was_tried_says_why_and_what_to_try(patient, ended, why):
+    found = visits.Visit(patient.facts(), probes=PROBES, treated=Symptom.WOBBLE_STRAIGHT)
+    found.seen = {Symptom.WOBBLE_STRAIGHT: ["straight"]}
+    found.suspicions = [Suspicion(CAUSE, 1.0, ("The reason.",))]
+    setattr(found, ended, True)
+    told = verdict(found)
+    assert f"The visit {why} before a cause was tried; the same command goes on." in told
+    assert told.endswith(": set FollowPath.CostCritic.consider_footprint to true.")

@@ -531,3 +531,28 @@ def test_a_tiny_robots_pose_wanders_less_than_the_robot_is_long(facts):
     tiny = of(0.03, 0.02)
     assert "the 0.03 m by which" in tiny.seen
     assert tiny.cure_told == "raise goal_checker.xy_goal_tolerance to 0.1 m"
+
+
+def test_a_decay_other_than_the_costmaps_slows_pursuit_too_late_or_too_early(facts):
+    # The local costmap's cost_scaling_factor is 3: a smaller one makes distances look larger.
+    on = RPP_BLOCK | {"use_cost_regulated_linear_velocity_scaling": True}
+    for factor, name, symptom in (
+        (1.0, "rpp-slower-decay-than-costmap", Symptom.NEAR_MISS),
+        (9.0, "rpp-steeper-decay-than-costmap", Symptom.TOO_SLOW),
+    ):
+        text = nav2_text(on | {"inflation_cost_scaling_factor": factor}, plugin=RPP)
+        (found,) = [f for f in findings_of(facts(text)) if "-decay-" in f.rule.name]
+        assert (found.rule.name, next(iter(found.rule.symptoms))) == (name, symptom)
+
+
+@pytest.mark.parametrize(("radius_m", "is_told"), [(0.22, False), (0.27, True)])
+def test_the_planner_inflates_around_the_global_costmaps_own_radius(facts, radius_m, is_told):
+    # 0.3 m of inflation around 0.22 + 0.01 m, or around 0.27 + 0.01 m.
+    inflation = {"plugin": "nav2_costmap_2d::InflationLayer", "inflation_radius": 0.3}
+    parameters = {"robot_radius": radius_m, "plugins": ["inflation"], "inflation": inflation}
+    text = nav2_text(RPP_BLOCK, plugin=RPP, global_costmap=parameters)
+    text = text.replace("global_costmap:\n", "global_costmap/global_costmap:\n")
+    text = text.replace("    footprint:", "    footprint_topic:")
+    round_robot = text.replace("rolling_window: true", "robot_radius: 0.25")
+    told = {f.rule.name for f in findings_of(facts(round_robot))}
+    assert ("plans-inflate-little" in told) is is_told

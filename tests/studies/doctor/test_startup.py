@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from doctor_texts import DWB, DWB_BLOCK, MPPI, MPPI_BLOCK, RPP, RPP_BLOCK, nav2_text
 
 from drake_navbench.commands.doctor import main
+from drake_navbench.studies.doctor.causes import Cause, Direction
+from drake_navbench.studies.doctor.cures import told_with_step
 from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.partial_files import facts_of_values
 from drake_navbench.studies.doctor.reading import findings_of, suspicions_of
@@ -132,7 +136,11 @@ def test_a_collision_monitor_needs_polygons_with_types_and_sources(facts):
     assert "monitor-without-zones" not in fired(facts(collision_monitor=whole))
     assert "Stop.type" in fired(facts(collision_monitor=monitor))["monitor-without-zones"]
     del monitor["observation_sources"]
-    assert "observation_sources" in fired(facts(collision_monitor=monitor))["monitor-without-zones"]
+    told = fired(facts(collision_monitor=monitor))["monitor-without-zones"]
+    assert "Stop.type: it does not start" in told
+    # Up to Iron nav2_bringup starts none.
+    older = fired(facts(collision_monitor=monitor, release="humble"))["monitor-without-zones"]
+    assert "Stop.type: where a launch file of yours starts it, it does not start" in older
 
 
 def test_polygons_that_are_no_names_are_refused_and_make_no_further_finding(facts):
@@ -184,22 +192,15 @@ def test_a_source_without_a_height_sees_nothing_above_the_floor(facts):
 
 def test_of_two_findings_with_the_same_cure_the_one_with_more_cures_is_printed(facts):
     found = facts(local_costmap=scan(max_obstacle_height=None))
-    findings = findings_of(found)
-    by_name = {f.rule.name: f for f in findings}
-    # Both raise max_obstacle_height to 2 m; the first offers to correct the sources as well.
-    more, fewer = by_name["source-below-the-floor-local_costmap"], by_name["band-of-heights-misses"]
-    assert {(c.place, c.to) for c in fewer.cures} < {(c.place, c.to) for c in more.cures}
+    (more,) = [f for f in findings_of(found) if f.rule.name.startswith("source-below-the-floor-")]
+    # Raise max_obstacle_height to 2 m; the whole finding offers to correct the sources as well.
+    fewer = replace(more, cures=more.cures[:1])
     assert without_repeated_cures([fewer, more]) == [more]
     assert without_repeated_cures([more, more]) == [more]
     assert without_repeated_cures([fewer]) == [fewer]
-    shown = "\n".join(told_of_reading(found, findings, [], None))
-    assert f"Findings ({len(findings) - 1})" in shown
-    assert "band-of-heights-misses" not in shown
+    shown = "\n".join(told_of_reading(found, [fewer, more], [], None))
+    assert "Findings (1)" in shown
     assert "cure: write max_obstacle_height: 2.0 (m) into the block of this source" in shown
-    # With a symptom every finding that may cause it is printed.
-    assert "band-of-heights-misses" in "\n".join(
-        told_of_reading(found, findings, [], Symptom.COLLISION)
-    )
 
 
 def test_a_source_must_mark_and_one_must_clear(facts):
@@ -285,3 +286,16 @@ def test_a_cure_for_an_acceleration_that_the_smoother_cuts_has_its_value(facts):
 def test_ranges_by_their_old_names_are_told(facts, name, is_old):
     seen = {f.rule.name for f in findings_of(facts(local_costmap=scan(**{name: 8.0})))}
     assert ("ranges-by-their-old-names" in seen) == is_old
+
+
+def test_a_source_without_a_height_is_told_once_and_by_the_place_where_it_belongs(facts):
+    found = facts(local_costmap={"plugins": ["obstacle_layer"], **scan(max_obstacle_height=None)})
+    told = [f.rule.name for f in findings_of(found, Symptom.COLLISION)]
+    assert "source-below-the-floor-local_costmap" in told
+    assert "band-of-heights-misses" not in told
+    cause = Cause("local_costmap.max_obstacle_height", Direction.UP, 2.0)
+    place = "local_costmap.obstacle_layer.scan.max_obstacle_height"
+    assert told_with_step(cause, found) == f"raise {place} to 2.0 m"
+    # A height that is given and too low is another matter.
+    low = facts(local_costmap={"plugins": ["obstacle_layer"], **scan(max_obstacle_height=0.1)})
+    assert "band-of-heights-misses" in [f.rule.name for f in findings_of(low, Symptom.COLLISION)]

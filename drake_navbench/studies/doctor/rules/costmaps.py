@@ -79,7 +79,7 @@ RULES = (
         {S.COLLISION: 0.2, S.TOO_SLOW: 0.2, S.NO_START: 0.2, S.GOAL_NOT_REACHED: 0.1},
         (put("local_costmap.plugins"),),
         "drake-navbench run --nav2 FILE --check",
-        advice="check these values: the check of the file doubts them",
+        advice="correct what this names, or give --robot the robot that the file is for",
     ),
     Rule(
         "outline-not-given",
@@ -229,7 +229,8 @@ RULES = (
     Rule(
         "band-of-heights-misses",
         lambda f: (
-            f["local_costmap.max_obstacle_height"] is not None
+            # Of a source that gives none another rule tells.
+            "local_costmap.max_obstacle_height" in f.given
             and f.number("local_costmap.max_obstacle_height", 2.0) < 0.3
         ),
         lambda f: (

@@ -26,6 +26,8 @@ OBSTACLES = (
 
 # A smaller difference of two lengths is none.
 LEAST_M = 0.01
+# Nav2's own padding of an outline where the file gives none.
+PADDING_M = 0.01
 
 
 def _inflation_is_last(f: Facts) -> bool:
@@ -36,9 +38,24 @@ def _inflation_is_last(f: Facts) -> bool:
     )
 
 
-def _beyond_the_outline(f: Facts) -> float:
+def _beyond(radius_m: float) -> float:
     """Returns the least inflation radius by which a robot keeps some way from walls, m, to a cm."""
-    return math.ceil(100.0 * (f.inscribed_radius_m + max(0.1, 0.25 * f.inscribed_radius_m))) / 100.0
+    return math.ceil(100.0 * (radius_m + max(0.1, 0.25 * radius_m))) / 100.0
+
+
+def _beyond_the_outline(f: Facts) -> float:
+    return _beyond(f.inscribed_radius_m)
+
+
+def _planned_radius_m(f: Facts) -> float:
+    """Returns the inscribed radius that the planner takes, m: the global costmap's own, if given.
+
+    A footprint is that of both costmaps, or else the local one's is the best guess.
+    """
+    place = "global_costmap.robot_radius"
+    if place not in f.given or "global_costmap.footprint" in f.given:
+        return f.inscribed_radius_m
+    return f.number(place) + f.number("global_costmap.footprint_padding", PADDING_M)
 
 
 RULES = (
@@ -62,15 +79,15 @@ RULES = (
         lambda f: (
             0.0
             < f.number("global_costmap.inflation_radius", 1.0)
-            < min(f.inscribed_radius_m + 0.05, 1.2 * f.inscribed_radius_m) - 1e-9
+            < min(_planned_radius_m(f) + 0.05, 1.2 * _planned_radius_m(f)) - 1e-9
         ),
         lambda f: (
             f"global_costmap.inflation_radius is {f['global_costmap.inflation_radius']} m "
-            f"and the robot's inscribed radius {f.inscribed_radius_m:.2f} m: to pass close along "
-            "a wall costs the planner hardly anything"
+            f"and the robot's inscribed radius there {_planned_radius_m(f):.2f} m: to pass close "
+            "along a wall costs the planner hardly anything"
         ),
         {S.COLLISION: 0.6, S.NEAR_MISS: 0.8, S.CORNER_CUTTING: 0.6, S.DOOR_STOP: 0.4},
-        (up("global_costmap.inflation_radius", _beyond_the_outline),),
+        (up("global_costmap.inflation_radius", lambda f: _beyond(_planned_radius_m(f))),),
         f"{CODE}: inflation_layer.cpp; docs.nav2.org, tuning guide: inflation potential fields",
     ),
     Rule(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.rules.quantities import half_window_m, whole_m
 from drake_navbench.studies.doctor.rules.rule import Rule, down, put, up
@@ -41,6 +43,35 @@ def _projection_m(f: Facts) -> float:
 def gentle_approach_m(f: Facts) -> float:
     """Returns the way in which a robot slows down by GENTLE_MPS2, at least 0.8 s of driving, m."""
     return max(0.8 * f.speed_mps, f.speed_mps**2 / (2.0 * GENTLE_MPS2))
+
+
+def _other_decay(
+    name: str,
+    is_other: Callable[[float, float], bool],
+    meaning: str,
+    symptoms: dict[Symptom, float],
+) -> Rule:
+    """Returns a rule on a controller that computes distances by another decay than the costmap's.
+
+    is_other: tells by the controller's and the costmap's factor whether the rule fires.
+    """
+    own, costmap = "controller.inflation_cost_scaling_factor", "local_costmap.cost_scaling_factor"
+    return Rule(
+        name,
+        lambda f: (
+            f.controller("use_cost_regulated_linear_velocity_scaling") is True
+            and f[costmap] is not None
+            and is_other(f.number(own, 3.0), f.number(costmap, 3.0))
+        ),
+        lambda f: (
+            f"inflation_cost_scaling_factor is {f.number(own, 3.0):g}, but cost_scaling_factor of "
+            f"the local costmap is {f[costmap]}: the controller {meaning}"
+        ),
+        symptoms,
+        (put("inflation_cost_scaling_factor"),),
+        f"{CODE}, README",
+        PURSUIT,
+    )
 
 
 RULES = (
@@ -151,27 +182,18 @@ RULES = (
         PURSUIT,
         is_certain=False,
     ),
-    Rule(
-        "rpp-other-decay-than-costmap",
-        lambda f: (
-            f.controller("use_cost_regulated_linear_velocity_scaling") is True
-            and f["local_costmap.cost_scaling_factor"] is not None
-            and abs(
-                f.number("controller.inflation_cost_scaling_factor", 3.0)
-                - f.number("local_costmap.cost_scaling_factor", 3.0)
-            )
-            > 0.01
-        ),
-        lambda f: (
-            "inflation_cost_scaling_factor is "
-            f"{f.controller('inflation_cost_scaling_factor')}, but cost_scaling_factor of "
-            f"the local costmap is {f['local_costmap.cost_scaling_factor']}: the controller "
-            "computes wrong distances to obstacles"
-        ),
-        {S.TOO_SLOW: 0.8, S.NEAR_MISS: 0.4, S.COLLISION: 0.2},
-        (put("inflation_cost_scaling_factor"),),
-        f"{CODE}, README",
-        PURSUIT,
+    # The distance is the inscribed radius and, beyond it, -ln(cost / 252) over this factor.
+    _other_decay(
+        "rpp-slower-decay-than-costmap",
+        lambda own, costmap: own < costmap - 0.01,
+        "takes obstacles for farther away than they are, and slows down too late beside them",
+        {S.NEAR_MISS: 0.8, S.COLLISION: 0.4},
+    ),
+    _other_decay(
+        "rpp-steeper-decay-than-costmap",
+        lambda own, costmap: own > costmap + 0.01,
+        "takes obstacles for nearer than they are, and slows down far from them",
+        {S.TOO_SLOW: 0.8, S.DOOR_STOP: 0.2},
     ),
     Rule(
         "rpp-slows-from-afar",

@@ -170,6 +170,11 @@ def _missing(f: Facts) -> list[str]:
     return [name for name in (*needed, *types) if f"collision_monitor.{name}" not in f.raw]
 
 
+def _started(f: Facts) -> str:
+    """Returns the condition, in words, if nav2_bringup does not start a collision monitor."""
+    return "" if f.release >= Release.JAZZY else "where a launch file of yours starts it, "
+
+
 def _named_once(f: Facts) -> list[str]:
     """Returns the costmaps whose parameters stand below their name once, where no node has it."""
     names = (place.partition(":")[0] for place, why in f.unread.items() if "is called" in why)
@@ -208,8 +213,8 @@ RULES = (
         "monitor-without-zones",
         lambda f: f.has_node("collision_monitor") and f.is_whole and bool(_missing(f)),
         lambda f: (
-            f"collision_monitor has no {', '.join(_missing(f))}: it does not start, nor do the "
-            "nodes that start with it"
+            f"collision_monitor has no {', '.join(_missing(f))}: {_started(f)}it does not start, "
+            "nor do the nodes that start with it"
         ),
         {S.NO_START: SURE},
         (put("collision_monitor.polygons"), put("collision_monitor.observation_sources")),
