@@ -410,6 +410,21 @@ def test_a_file_that_names_the_controller_server_only_in_a_remark_is_no_nav2_fil
     assert [file.name for file in found] == ["nav2_params.yaml"]
 
 
+def test_a_nav2_file_of_whose_controllers_none_exists_here_gives_way_to_the_next(repository):
+    folder = repository / "cart_nav" / "config"
+    own = NAV2.replace("nav2_regulated_pure_pursuit_controller::Regulated", "cart_nav::Own")
+    (folder / "nav2_params.yaml").write_text(own)
+    arguments, lines = filled("--package", str(repository))
+    assert [path.name for path in arguments.nav2] == ["nav2_params.yaml"]
+    (folder / "nav2_params_rpp.yaml").write_text(NAV2)
+    arguments, lines = filled("--package", str(repository))
+    assert [path.name for path in arguments.nav2] == ["nav2_params_rpp.yaml"]
+    (told,) = (line for line in lines if line.startswith("left out, the next Nav2 file is taken: "))
+    assert "'cart_nav::OwnPurePursuitController' has no counterpart here" in told
+    picked, _ = filled("--package", str(repository), "--pick", "nav2=1")
+    assert [path.name for path in picked.nav2] == ["nav2_params.yaml"]
+
+
 def test_a_value_of_an_undeclared_argument_of_xacro_counts_as_used(repository):
     """xacro's message on such an argument says to give it by --set."""
     model = repository / "cart_description" / "urdf" / "cart.urdf.xacro"
