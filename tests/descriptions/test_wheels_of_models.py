@@ -217,6 +217,20 @@ def test_joints_whose_speed_ros2_control_commands_are_wheels_whatever_their_name
     assert found.values["wheel_radius_m"] == pytest.approx(0.1)
 
 
+def test_a_plugins_bounds_for_driving_bound_turning_too(tmp_path):
+    """As Gazebo's DiffDrive reads them; a bound of its own prevails."""
+    plugin = (
+        '<gazebo><plugin filename="gz-sim-diff-drive-system" name="d">'
+        "<max_velocity>2.0</max_velocity><max_acceleration>10</max_acceleration>{}"
+        "</plugin></gazebo>"
+    )
+    values = drive(robot(tmp_path, plugin.format(""))).values
+    assert (values["max_linear_velocity_mps"], values["max_angular_velocity_radps"]) == (2.0, 2.0)
+    assert values["max_angular_acceleration_radps2"] == 10.0
+    own = plugin.format("<max_angular_velocity>1.5</max_angular_velocity>")
+    assert drive(robot(tmp_path, own)).values["max_angular_velocity_radps"] == 1.5
+
+
 def test_wheels_that_a_plugin_turns_and_the_model_fixes_are_told(tmp_path):
     plugin = (
         '<gazebo><plugin filename="libgazebo_ros_diff_drive.so" name="d">'
