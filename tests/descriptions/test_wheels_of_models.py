@@ -248,7 +248,7 @@ def test_a_link_that_a_urdf_has_twice_is_told(tmp_path):
     mast = '<link name="mast"/>'
     joint = '<joint name="m" type="fixed"><parent link="base_link"/><child link="mast"/></joint>'
     (remark,) = read_source(robot(tmp_path, mast, mast, joint)).model.remarks
-    assert remark == "link mast: described 2 times, which ROS refuses; here the last one counts"
+    assert remark == "link mast: described more than once, which ROS refuses; the last one counts"
 
 
 def test_a_label_of_a_plugin_tells_no_drive(tmp_path):

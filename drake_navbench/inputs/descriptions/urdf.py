@@ -44,15 +44,14 @@ def read_urdf(root: ElementTree.Element, packages: Packages) -> Model:
 
 
 def _repeated(root: ElementTree.Element) -> list[str]:
-    """Returns a remark on each name that several links or joints have."""
+    """Returns a remark on the names that several links or joints have; none without such."""
     counts = Counter(
         (kind, part.get("name")) for kind in ("link", "joint") for part in root.findall(kind)
     )
-    return [
-        f"{kind} {name}: described {count} times, which ROS refuses; here the last one counts"
-        for (kind, name), count in counts.items()
-        if count > 1
-    ]
+    named = [f"{kind} {name}" for (kind, name), count in counts.items() if count > 1]
+    if not named:
+        return []
+    return [f"{', '.join(named)}: described more than once, which ROS refuses; the last one counts"]
 
 
 def _joint(joint: ElementTree.Element, poses: Mapping[str, Array]) -> Joint:
