@@ -13,6 +13,7 @@ from drake_navbench.commands.run import build_parser, main
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.package_search import find_package_files
 from drake_navbench.inputs.robot import load_robot
+from drake_navbench.nav2.driven_file import driven_file
 
 NAV2 = """controller_server:
   ros__parameters:
@@ -414,9 +415,8 @@ def test_a_nav2_file_of_whose_controllers_none_exists_here_gives_way_to_the_next
     folder = repository / "cart_nav" / "config"
     own = NAV2.replace("nav2_regulated_pure_pursuit_controller::Regulated", "cart_nav::Own")
     (folder / "nav2_params.yaml").write_text(own)
-    arguments, lines = filled("--package", str(repository))
-    assert [path.name for path in arguments.nav2] == ["nav2_params.yaml"]
     (folder / "nav2_params_rpp.yaml").write_text(NAV2)
+    assert driven_file([folder / "nav2_params.yaml"]) == (folder / "nav2_params.yaml", [])
     arguments, lines = filled("--package", str(repository))
     assert [path.name for path in arguments.nav2] == ["nav2_params_rpp.yaml"]
     (told,) = (line for line in lines if line.startswith("left out, the next Nav2 file is taken: "))
