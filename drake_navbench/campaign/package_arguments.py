@@ -13,6 +13,7 @@ from drake_navbench.inputs.package_files import (
     read_picks,
 )
 from drake_navbench.inputs.package_search import find_package_files, readable_world
+from drake_navbench.nav2.driven_file import driven_file
 
 DEFAULT_GOALS = 5
 # The scenario for a robot whose packages hold neither a map nor a world.
@@ -39,10 +40,15 @@ def with_package(
     if has_place or (taken[WORLD] is not None and MAP not in picks):
         taken[MAP] = None
     left_out: list[str] = []
+    nav2 = taken[NAV2]
+    if nav2 is not None and NAV2 not in picks:
+        files = [nav2, *(file for file in found.files[NAV2] if file != nav2)]
+        taken[NAV2], left_out = driven_file(files)
     first = taken[WORLD]
     if first is not None and WORLD not in picks:
         worlds = [first, *(world for world in found.files[WORLD] if world != first)]
-        taken[WORLD], left_out = readable_world(worlds, found.roots)
+        taken[WORLD], unread = readable_world(worlds, found.roots)
+        left_out += unread
     values = vars(arguments) | found.options(taken, nav2="nav2")
     values["packages"] = [*arguments.packages, *arguments.package]
     if taken[WORLD] is not None:

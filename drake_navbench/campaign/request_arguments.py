@@ -26,6 +26,12 @@ from drake_navbench.trial.column_controller import check_controller
 from drake_navbench.typed_files.assignments import assignments
 from drake_navbench.typed_files.typed_yaml import validate
 
+COMMAND_LINE = "command line"
+# Fields of the request that have the name of their option.
+FIELD_OF_OPTION = re.compile(
+    rf"(?m)^{COMMAND_LINE}: (?:map_task\.)?(goals|goal|start|trials|seed|samples)\b"
+)
+
 
 def listed_controllers(text: str) -> tuple[str, ...]:
     """Returns the columns of a comma-separated list, in its order."""
@@ -69,7 +75,10 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
         "metrics": [_absolute(reference) for reference in arguments.metric],
         "columns": arguments.columns,
     }
-    return validate(Request, values, "command line")
+    try:
+        return validate(Request, values, COMMAND_LINE)
+    except InputError as error:
+        raise InputError(FIELD_OF_OPTION.sub(r"--\1", str(error))) from error
 
 
 def read_assignments(texts: Sequence[str]) -> dict[str, str]:
@@ -126,6 +135,12 @@ def _map_task(arguments: argparse.Namespace, worlds: Sequence[str]) -> dict[str,
         return None
     if given["--goal"] and given["--goals"]:
         raise InputError("--goals: draws the goals; expected no --goal beside it")
+    others = [name for name in arguments.scenarios if name not in worlds]
+    if others and not worlds and not given["--map"]:
+        option = next(name for name, is_given in given.items() if is_given)
+        raise InputError(
+            f"{option}: expected a map by --map, or a Gazebo world; {others[0]} is no world"
+        )
     place = worlds[0] if worlds else "--map"
     wanted = () if given["--goals"] else ("--start", "--goal")
     for name in wanted if worlds else ("--map", *wanted):

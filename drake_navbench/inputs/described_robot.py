@@ -19,6 +19,7 @@ from drake_navbench.inputs.descriptions.body import (
     Body,
     base_of,
     floor_of,
+    held_wheels,
     read_body,
     to_base_of,
     turning_centre,
@@ -126,6 +127,7 @@ def _described(
         fields |= table.sensors(found) | table.lidar_by_link(lidar_link(model, base, floor_m))
     fields |= table.layers(fields.get("lidar", {}))
     fields |= table.drive(drive_of(model, wheels, source.packages, [*source.arguments.values()]))
+    table.note_held(held_wheels(model))
     if len(wheels) >= 2:
         table.note_turning(turning_centre(model, wheels), fields)
     for remark in dict.fromkeys((*body.left_out, *model.remarks)):
@@ -293,6 +295,14 @@ class _Table:
         remark = f"the middle of its wheels is at {x:.3g}, {y:.3g} m; here it turns about 0, 0"
         self.add(Status.STAND_IN, "base frame's origin", remark)
 
+    def note_held(self, joints: Sequence[str]) -> None:
+        """Notes wheels that a plugin is to turn, and that the model fixes."""
+        if joints:
+            remark = (
+                f"{', '.join(joints)}: fixed, so Gazebo's plugin cannot turn them; here they turn"
+            )
+            self.add(Status.DOUBTFUL, "drive", remark)
+
     def drive(self, found: FoundDrive) -> dict[str, Any]:
         """Returns the field drive."""
         values, kind = found.values, found.kind
@@ -357,7 +367,8 @@ class _Table:
 def _sight(sensor: FoundSensor) -> str:
     """Returns a sensor's pose, range, beams and rate, as a remark."""
     fields = sensor.fields
-    x, y, yaw = fields["pose"]
+    # The sum with 0 leaves no -0.
+    x, y, yaw = (value + 0.0 for value in fields["pose"])
     place = f"at {x:.3g}, {y:.3g}, {fields['height_m']:.3g} m up"
     turned = f", turned by {yaw:.3g} rad" if abs(yaw) > 1e-3 else ""
     reach = f", {fields['range_max_m']:g} m" if "range_max_m" in fields else ""

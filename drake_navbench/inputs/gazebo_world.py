@@ -18,6 +18,7 @@ from shapely.geometry.base import BaseGeometry
 from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.descriptions.world import Actor, is_world, read_world
 from drake_navbench.inputs.descriptions.world_areas import Area, Levels, floor_under, world_areas
+from drake_navbench.inputs.people import Person
 from drake_navbench.inputs.scenario import TIMEOUT_ON_MAPS_S, Scenario, Suite
 from drake_navbench.kernels.grid import Grid
 from drake_navbench.kernels.rasterize import mark_polygon
@@ -67,7 +68,8 @@ class GazeboWorld:
         hidden = sum(not obstacle["known_to_planner"] for obstacle in self.obstacles)
         people = f", {len(self.persons)} people" if self.persons else ""
         floor = f", floor at {self.floor_m:.3g} m" if self.floor_m else ""
-        left_out = f", {len(self.remarks)} remarks" if self.remarks else ""
+        count = len(self.remarks)
+        left_out = f", {count} {'remark' if count == 1 else 'remarks'}" if count else ""
         return (
             f"{self.path.name}: {len(self.obstacles)} polygons, {hidden} of them hidden from the "
             f"lidar{people}{floor}{left_out}"
@@ -124,8 +126,15 @@ def _loaded(
     obstacles = tuple(islice(every, MAX_POLYGONS + 1))
     if len(obstacles) > MAX_POLYGONS:
         raise InputError(f"{path}: makes more than {MAX_POLYGONS} polygons; expected fewer")
-    persons = tuple(_person(actor) for actor in source.actors)
-    return GazeboWorld(path, obstacles, persons, tuple(remarks), floor_m)
+    solid = shapely.union_all([area.region for area in areas])
+    persons = []
+    for person in map(_person, source.actors):
+        why = _why_not_walking(person, solid)
+        if why:
+            remarks.append(f"left out the actor {person['name']}, which {why}")
+        else:
+            persons.append(person)
+    return GazeboWorld(path, obstacles, tuple(persons), tuple(remarks), floor_m)
 
 
 def _region_around(places: Sequence[Sequence[float]]) -> BaseGeometry:
@@ -225,6 +234,17 @@ def _person(actor: Actor) -> dict[str, Any]:
         "speed_mps": min(max(speed, SLOWEST_MPS), FASTEST_MPS),
         "reaction": "oblivious",
     }
+
+
+def _why_not_walking(person: Mapping[str, Any], solid: BaseGeometry) -> str:
+    """Returns why somebody cannot walk among obstacles as an actor does, through them; or ''."""
+    walker = Person(**person)
+    if solid.intersects(shapely.Point(walker.start).buffer(walker.radius_m)):
+        return f"starts inside an obstacle, at {list(walker.start)}"
+    for start, end in walker.ways:
+        if solid.intersects(shapely.LineString([start, end])):
+            return f"walks through an obstacle, from {list(start)} to {list(end)}"
+    return ""
 
 
 def scenario_in_world(

@@ -96,6 +96,14 @@ def test_check_prints_the_same_table_in_every_process_and_writes_nothing(tmp_pat
             "--start: missing; --map goes with --start and --goal, or with --goals",
         ),
         (
+            ["doorway", "--goals", "2"],
+            "--goals: expected a map by --map, or a Gazebo world; doorway is no world",
+        ),
+        (
+            ["--map", "map.yaml", "--goals", "1001"],
+            "--goals: input should be less than or equal to 1000, got 1001",
+        ),
+        (
             ["--nav2", str(REPOSITORY / "models" / "wheelchair.yaml")],
             "no node with ros__parameters",
         ),

@@ -181,7 +181,7 @@ def test_a_floor_that_is_no_plane_is_driven_on(tmp_path):
 def test_an_actor_becomes_a_person_who_walks_its_trajectory(tmp_path):
     waypoints = "".join(
         f"<waypoint><time>{t}</time><pose>{x} 1 1.2 0 0 0</pose></waypoint>"
-        for t, x in ((0, 0), (5, 4), (10, 0))
+        for t, x in ((0, 0), (5, 3), (10, 0))
     )
     actor = (
         '<actor name="anna"><script><loop>true</loop><trajectory id="0" type="walk">'
@@ -189,8 +189,25 @@ def test_an_actor_becomes_a_person_who_walks_its_trajectory(tmp_path):
     )
     found = load(tmp_path, ROOM + actor)
     person = scenario_in_world(found, (-2.0, -2.0, 0.0), (2.0, -2.0, 0.0)).world.people.persons[0]
-    assert (person.name, person.start, person.speed_mps) == ("anna", (0.0, 1.0), 0.8)
-    assert person.goals == [(4.0, 1.0), (0.0, 1.0)]
+    assert (person.name, person.start, person.speed_mps) == ("anna", (0.0, 1.0), 0.6)
+    assert person.goals == [(3.0, 1.0), (0.0, 1.0)]
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "reason"),
+    [(0.0, 0.5, "starts inside an obstacle, at"), (-1.5, 1.5, "walks through an obstacle, from")],
+)
+def test_an_actor_that_obstacles_do_not_hinder_is_left_out_and_told(tmp_path, first, last, reason):
+    """One actor must not make a whole world unusable."""
+    points = "".join(
+        f"<waypoint><time>{t}</time><pose>{x} 0 1.2 0 0 0</pose></waypoint>"
+        for t, x in ((0, first), (5, last))
+    )
+    actor = f'<actor name="ghost"><script><trajectory id="0">{points}</trajectory></script></actor>'
+    with pytest.warns(InputWarning, match=f"left out the actor ghost, which {reason}"):
+        found = load(tmp_path, box("crate", "1 1 1", "0 0 0.5 0 0 0") + actor)
+    assert not found.persons
+    assert len(found.obstacles) == 1
 
 
 def test_what_is_left_out_is_told(tmp_path):

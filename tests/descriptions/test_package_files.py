@@ -13,6 +13,7 @@ from drake_navbench.commands.run import build_parser, main
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.package_search import find_package_files
 from drake_navbench.inputs.robot import load_robot
+from drake_navbench.nav2.driven_file import driven_file
 
 NAV2 = """controller_server:
   ros__parameters:
@@ -408,6 +409,20 @@ def test_a_file_that_names_the_controller_server_only_in_a_remark_is_no_nav2_fil
     )
     found = find_package_files([repository]).files["nav2"]
     assert [file.name for file in found] == ["nav2_params.yaml"]
+
+
+def test_a_nav2_file_of_whose_controllers_none_exists_here_gives_way_to_the_next(repository):
+    folder = repository / "cart_nav" / "config"
+    own = NAV2.replace("nav2_regulated_pure_pursuit_controller::Regulated", "cart_nav::Own")
+    (folder / "nav2_params.yaml").write_text(own)
+    (folder / "nav2_params_rpp.yaml").write_text(NAV2)
+    assert driven_file([folder / "nav2_params.yaml"]) == (folder / "nav2_params.yaml", [])
+    arguments, lines = filled("--package", str(repository))
+    assert [path.name for path in arguments.nav2] == ["nav2_params_rpp.yaml"]
+    (told,) = (line for line in lines if line.startswith("left out, the next Nav2 file is taken: "))
+    assert "'cart_nav::OwnPurePursuitController' has no counterpart here" in told
+    picked, _ = filled("--package", str(repository), "--pick", "nav2=1")
+    assert [path.name for path in picked.nav2] == ["nav2_params.yaml"]
 
 
 def test_a_value_of_an_undeclared_argument_of_xacro_counts_as_used(repository):

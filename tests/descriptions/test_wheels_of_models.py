@@ -194,6 +194,63 @@ def test_a_box_with_two_equal_long_sides_is_a_tyre(tmp_path, size, radius_m):
     assert drive(robot(tmp_path, *parts)).values.get("wheel_radius_m") == radius_m
 
 
+def test_joints_whose_speed_ros2_control_commands_are_wheels_whatever_their_name(tmp_path):
+    """As of a tutorial's drivewhl_l_link; the controllers file tells separation and limits."""
+    parts = [
+        f'<link name="drivewhl_{side}"><collision><geometry><sphere radius="0.1"/></geometry>'
+        f'</collision></link><joint name="{side}_joint" type="continuous">'
+        f'<parent link="base_link"/><child link="drivewhl_{side}"/><origin xyz="0 {y} 0"/>'
+        '<axis xyz="0 1 0"/></joint>'
+        for side, y in (("l", 0.28), ("r", -0.28))
+    ]
+    spun = '<joint name="{}"><command_interface name="velocity"/></joint>'
+    control = "".join(spun.format(f"{side}_joint") for side in "lr")
+    (tmp_path / "base_controllers.yaml").write_text(
+        "manager: {ros__parameters: {base: {type: diff_drive_controller/DiffDriveController}}}\n"
+        "base: {ros__parameters: {left_wheel_names: [l_joint], right_wheel_names: [r_joint],\n"
+        "  wheel_separation: 0.55, linear.x.max_velocity: 0.5}}\n"
+    )
+    found = drive(robot(tmp_path, *parts, f'<ros2_control name="c">{control}</ros2_control>'))
+    assert (found.kind, found.source) == (DIFFERENTIAL, "base_controllers.yaml")
+    assert found.values["wheel_separation_m"] == 0.55
+    assert found.values["max_linear_velocity_mps"] == 0.5
+    assert found.values["wheel_radius_m"] == pytest.approx(0.1)
+
+
+def test_a_plugins_bounds_for_driving_bound_turning_too(tmp_path):
+    """As Gazebo's DiffDrive reads them; a bound of its own prevails."""
+    plugin = (
+        '<gazebo><plugin filename="gz-sim-diff-drive-system" name="d">'
+        "<max_velocity>2.0</max_velocity><max_acceleration>10</max_acceleration>{}"
+        "</plugin></gazebo>"
+    )
+    values = drive(robot(tmp_path, plugin.format(""))).values
+    assert (values["max_linear_velocity_mps"], values["max_angular_velocity_radps"]) == (2.0, 2.0)
+    assert values["max_angular_acceleration_radps2"] == 10.0
+    own = plugin.format("<max_angular_velocity>1.5</max_angular_velocity>")
+    assert drive(robot(tmp_path, own)).values["max_angular_velocity_radps"] == 1.5
+
+
+def test_wheels_that_a_plugin_turns_and_the_model_fixes_are_told(tmp_path):
+    plugin = (
+        '<gazebo><plugin filename="libgazebo_ros_diff_drive.so" name="d">'
+        "<left_joint>left_joint</left_joint><right_joint>right_joint</right_joint>"
+        "<wheel_separation>0.4</wheel_separation></plugin></gazebo>"
+    )
+    fixed = wheel("left", 0.2, CYLINDER.format(0.1)).replace("continuous", "fixed")
+    path = robot(tmp_path, fixed, wheel("right", -0.2, CYLINDER.format(0.1)), plugin)
+    rows = {row.parameter: row.remark for row in describe_robot(path).check.rows}
+    assert "left_joint: fixed, so Gazebo's plugin cannot turn them" in str(rows)
+    assert "right_joint: fixed" not in str(rows)
+
+
+def test_a_link_that_a_urdf_has_twice_is_told(tmp_path):
+    mast = '<link name="mast"/>'
+    joint = '<joint name="m" type="fixed"><parent link="base_link"/><child link="mast"/></joint>'
+    (remark,) = read_source(robot(tmp_path, mast, mast, joint)).model.remarks
+    assert remark == "link mast: described more than once, which ROS refuses; the last one counts"
+
+
 def test_a_label_of_a_plugin_tells_no_drive(tmp_path):
     plugin = '<gazebo><plugin filename="libgazebo_ros_{}.so" name="mecanum_bot"/></gazebo>'
     wheels = [wheel(n, y, CYLINDER.format(0.1)) for n, y in (("left", 0.2), ("right", -0.2))]

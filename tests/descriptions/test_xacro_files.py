@@ -143,6 +143,38 @@ def test_a_call_that_takes_too_long_is_one_line():
         call_limited("time:sleep", 10, "the file", time_s=1)
 
 
+@pytest.mark.parametrize(
+    ("launch", "text"),
+    [
+        ("a.launch.py", "x = 'cart.xacro'\nDeclareLaunchArgument('arm', default_value='left')"),
+        ("a.launch.py", "Command(['xacro ', 'cart.xacro', ' arm:=left'])"),
+        ("a.launch.py", "process_file('cart.xacro', mappings={'arm': 'left'})"),
+        ("a.launch.xml", '<arg name="arm" default="left"/><x file="cart.xacro"/>'),
+    ],
+)
+def test_an_argument_without_a_default_has_the_value_of_a_launch_file(tmp_path, launch, text):
+    path = tmp_path / "cart.xacro"
+    path.write_text(
+        '<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="$(arg arm)"/>'
+        "</robot>"
+    )
+    (tmp_path / launch).write_text(text)
+    found = expand_xacro(path)
+    assert '<link name="left"/>' in found.text
+    assert found.remarks == (f"argument arm has no default: left, as in {launch}",)
+    assert '<link name="right"/>' in expand_xacro(path, {"arm": "right"}).text
+
+
+def test_a_launch_file_of_another_model_gives_no_value(tmp_path):
+    path = tmp_path / "cart.xacro"
+    path.write_text('<robot name="a"><link name="$(arg arm)"/></robot>')
+    (tmp_path / "b.launch.py").write_text(
+        "'other.xacro' DeclareLaunchArgument('arm', default_value='x')"
+    )
+    with pytest.raises(InputError, match="give it by --set arm=VALUE"):
+        expand_xacro(path)
+
+
 def test_xacro_of_ros_1_without_prefixes_is_read(tmp_path):
     path = tmp_path / "cart.urdf.xacro"
     (tmp_path / "sizes.xacro").write_text('<robot><property name="length" value="0.8"/></robot>')

@@ -20,7 +20,8 @@ BASE_LINKS = ("base_link", "base_footprint")
 CIRCLE_CORNERS = 32
 # Corners that lie within this of a straight edge are left out of the outline, m.
 TOLERANCE_M = 1e-3
-TURNING = ("continuous", "revolute")
+ENDLESS = "continuous"
+TURNING = (ENDLESS, "revolute")
 # Words in a joint's or link's name by which it is a wheel's or a caster's.
 ROLLING = ("wheel", "caster", "castor")
 # left_joint, leftJoint, rear_right_joint of a plugin that drives.
@@ -171,11 +172,13 @@ def rolls(joint: Joint) -> bool:
 def wheel_joints(model: Model, base: str) -> list[Joint]:
     """Returns the joints about a level axis of links called wheels, casters left out.
 
-    A joint that a plugin drives on the left or right is one, whatever its link is called.
+    A joint that a plugin drives on the left or right is one, whatever its link is called; so is a
+    joint without limits whose speed ros2_control commands.
     """
     turn = to_base_of(model, base)[:3, :3]
     parts = [part for plugin in model.plugins for part in plugin.element.iter()]
     driven = {(part.text or "").strip() for part in parts if DRIVEN.search(part.tag)}
+    spun = _spun_joints(model)
     joints = []
     for joint in model.joints:
         name = joint.child.lower()
@@ -184,9 +187,28 @@ def wheel_joints(model: Model, base: str) -> list[Joint]:
         axis = turn @ joint.axis
         is_level = abs(axis[2]) <= LEVEL_AXIS * float(np.linalg.norm(axis))
         is_driven = joint.name.rpartition("::")[2] in driven
+        is_driven = is_driven or (joint.kind == ENDLESS and joint.name in spun)
         if is_level and (is_driven or ("wheel" in name and "caster" not in name)):
             joints.append(joint)
     return joints
+
+
+def held_wheels(model: Model) -> list[str]:
+    """Returns the names of fixed joints that a plugin is to turn as wheels."""
+    parts = [part for plugin in model.plugins for part in plugin.element.iter()]
+    driven = {(part.text or "").strip() for part in parts if DRIVEN.search(part.tag)}
+    return [joint.name for joint in model.joints if joint.kind == "fixed" and joint.name in driven]
+
+
+def _spun_joints(model: Model) -> set[str]:
+    """Returns the names of the joints that ros2_control commands by their speed."""
+    blocks = [plugin.element for plugin in model.plugins if plugin.name == "ros2_control"]
+    return {
+        joint.get("name", "")
+        for block in blocks
+        for joint in block.iter("joint")
+        if any(command.get("name") == "velocity" for command in joint.iter("command_interface"))
+    }
 
 
 def wheels_of(model: Model, base: str) -> list[Wheel]:

@@ -170,14 +170,15 @@ def _plugin_values(plugin: ElementTree.Element, kind: str) -> dict[str, float]:
         "wheel_separation_m": told("wheel_separation", "wheelSeparation", "kingpin_width"),
         "max_linear_velocity_mps": told("max_linear_velocity", "max_velocity", "max_speed"),
         "min_linear_velocity_mps": told("min_linear_velocity", "min_velocity"),
-        "max_angular_velocity_radps": told("max_angular_velocity"),
+        # Gazebo's max_velocity and max_acceleration bound driving and turning alike.
+        "max_angular_velocity_radps": told("max_angular_velocity", "max_velocity"),
         "max_linear_acceleration_mps2": told(
             # The classic plugin's acceleration is that of a wheel's rim, m/s^2; 0 stands for none.
             "max_linear_acceleration",
             "max_acceleration",
             "max_wheel_acceleration",
         ),
-        "max_angular_acceleration_radps2": told("max_angular_acceleration"),
+        "max_angular_acceleration_radps2": told("max_angular_acceleration", "max_acceleration"),
     }
     if kind == ACKERMANN:
         values["wheelbase_m"] = told("wheel_base", "wheelbase")

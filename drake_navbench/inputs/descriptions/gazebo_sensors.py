@@ -14,7 +14,9 @@ from drake_navbench.inputs.descriptions.xml_file import text_of
 from drake_navbench.kernels.arrays import Array
 
 # Words in names of links that stand for a lidar where no sensor is described.
-LIDAR_LINK = re.compile(r"(?:^|_)(?:r?p?lidar|laser|base_scan|scan|hokuyo|velodyne|sick)(?:_|\d|$)")
+LIDAR_LINK = re.compile(
+    r"(?:^|_)(?:(?:rp?|yd)?lidar|laser|base_scan|scan|hokuyo|livox|ouster|velodyne|sick)(?:_|\d|$)"
+)
 LIDARS = ("ray", "gpu_ray", "lidar", "gpu_lidar")
 DEPTH_CAMERAS = ("depth", "depth_camera", "rgbd_camera", "rgbd")
 # Gazebo's defaults for a lidar or camera, m and Hz.

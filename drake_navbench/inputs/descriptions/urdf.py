@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import replace
 from xml.etree import ElementTree
@@ -37,8 +38,20 @@ def read_urdf(root: ElementTree.Element, packages: Packages) -> Model:
         pose = _pose_of_link(name, above, poses, model)
         model.links[name] = _link(name, element, pose, packages, colours)
     model.joints += [_joint(joint, poses) for joint in joints]
+    model.remarks += _repeated(root)
     _read_gazebo(root, model, poses)
     return model
+
+
+def _repeated(root: ElementTree.Element) -> list[str]:
+    """Returns a remark on the names that several links or joints have; none without such."""
+    counts = Counter(
+        (kind, part.get("name")) for kind in ("link", "joint") for part in root.findall(kind)
+    )
+    named = [f"{kind} {name}" for (kind, name), count in counts.items() if count > 1]
+    if not named:
+        return []
+    return [f"{', '.join(named)}: described more than once, which ROS refuses; the last one counts"]
 
 
 def _joint(joint: ElementTree.Element, poses: Mapping[str, Array]) -> Joint:

@@ -14,6 +14,7 @@ from xacrodoc import packages as found_packages
 from xacrodoc.packages import PackageNotFoundError
 
 from drake_navbench.errors import InputError, as_line
+from drake_navbench.inputs.descriptions.launched_value import launched_value
 from drake_navbench.inputs.descriptions.ros_packages import Packages
 from drake_navbench.inputs.descriptions.xacro_macro import call_of, robot_macro, with_call
 from drake_navbench.inputs.descriptions.xml_file import without_late_declaration
@@ -57,15 +58,23 @@ def _expanded_with(
     found_packages.update_package_cache(packages.all())
     with tempfile.TemporaryDirectory() as folder:
         missing = _Missing(Path(folder), packages)
+        launched: dict[str, str] = {}
         for _ in range(MAX_MISSING):
-            arguments = _Arguments(request["arguments"])
+            arguments = _Arguments(launched | request["arguments"])
             try:
                 text = _expanded(path, content, arguments, missing)
                 break
             except PackageNotFoundError as error:
                 missing.add(str(error.args[0]))
             except InputError as error:
-                if not missing.provides(str(error)):
+                asked = UNDEFINED.search(str(error))
+                found = launched_value(asked[1], path, packages) if asked else None
+                if asked and found and asked[1] not in launched:
+                    launched[asked[1]] = found[0]
+                    missing.told.append(
+                        f"argument {asked[1]} has no default: {found[0]}, as in {found[1].name}"
+                    )
+                elif not missing.provides(str(error)):
                     raise missing.fault(error) from error
         else:
             raise InputError(f"needs more than {MAX_MISSING} files that are not there")
@@ -97,10 +106,12 @@ class _Missing:
         self._packages = packages
         self.names: list[str] = []
         self.macros: dict[str, None] = {}
+        self.told: list[str] = []
 
     def remarks(self) -> list[str]:
         """Returns a remark on each package, and one on the parts that only such packages define."""
         absent = [f"left out what the package {name} describes: not found" for name in self.names]
+        absent += self.told
         if self.macros:
             parts = ", ".join(self.macros)
             absent.append(f"left out {parts}: defined by a package that is not found")

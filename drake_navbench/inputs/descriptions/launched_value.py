@@ -1,0 +1,46 @@
+"""The value that a launch file gives a xacro argument which has no default of its own."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from drake_navbench.inputs.descriptions.ros_packages import Packages
+from drake_navbench.typed_files.input_file import MEGABYTE
+
+LAUNCH_FILE = re.compile(r"launch.*\.(?:py|xml|launch)$|\.launch$")
+HEAD_BYTES = MEGABYTE
+# Words alone: an expression of a launch file is no value.
+VALUE = r"([\w.+-]+)"
+# How launch files give a value: to xacro, as the default of their own argument in Python and XML,
+# and in a mapping.
+FORMS = (
+    r"\b{name}:={value}",
+    r"DeclareLaunchArgument\(\s*(?:name\s*=\s*)?[\"']{name}[\"'],\s*default_value\s*=\s*[\"']{value}[\"']",
+    r"<arg\s+name=\"{name}\"\s+default=\"{value}\"",
+    r"[\"']{name}[\"']\s*:\s*[\"']{value}[\"']",
+)
+
+
+def launched_value(name: str, file: Path, packages: Packages) -> tuple[str, Path] | None:
+    """Returns an argument's value in a launch file that names a xacro file, and the launch file.
+
+    The launch files are those of the file's robot, the nearest first. None where none gives it.
+    """
+    forms = [re.compile(form.format(name=re.escape(name), value=VALUE)) for form in FORMS]
+    for launch in packages.files(LAUNCH_FILE):
+        text = _head(launch)
+        if file.name not in text:
+            continue
+        found = next((said for form in forms if (said := form.search(text))), None)
+        if found is not None:
+            return found[1], launch
+    return None
+
+
+def _head(file: Path) -> str:
+    try:
+        with file.open(encoding="utf-8", errors="replace") as opened:
+            return opened.read(HEAD_BYTES)
+    except OSError:
+        return ""
