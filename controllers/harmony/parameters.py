@@ -98,11 +98,6 @@ class HarmonyParameters(ControllerParameters):
     min_obstacle_dist: Length = Field(
         0.0, ge=0.0, description="Clearance that plans keep in addition to the error bound [m]."
     )
-    disc_count: Count = Field(
-        5,
-        description="Number of discs along the base's axis that cover the outline, 1 to 5; a "
-        "round robot has one.",
-    )
 
     # Terms
     weights: Weights = Field(
@@ -266,14 +261,6 @@ class HarmonyParameters(ControllerParameters):
             raise ValueError(
                 "tracking_error, localization_error, latency_error: got a bound of "
                 f"{self.error_bound_m:g} m, expected less than {LONGEST_GAP_M:g} m"
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _check_discs(self) -> Self:
-        if not 1 <= self.disc_count <= 5:
-            raise ValueError(
-                f"disc_count: got {self.disc_count}, expected 1 to 5 discs that cover the outline"
             )
         return self
 

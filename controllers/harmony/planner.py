@@ -29,6 +29,7 @@ from drake_navbench.controllers.harmony.scene import (
 from drake_navbench.controllers.harmony.terms import (
     COSTMAP_COST,
     FORWARD_PREFERENCE,
+    LINEAR_JERK,
     PATH_ALIGNMENT,
     plan_cost,
 )
@@ -52,6 +53,8 @@ MOST_SEGMENTS_AHEAD = 12
 # The share of the weight `path_alignment` that holds on a detour, which nobody asked to follow, and
 # with the goal in reach: who keeps to the path up to the goal turns late to the goal's heading.
 LOOSE_ALIGNMENT_SHARE = 0.1
+# The share of `linear_jerk` that holds after the hard stop for something that moves.
+HURRIED_JERK_SHARE = 0.1
 
 
 class Candidate(NamedTuple):
@@ -144,6 +147,8 @@ class Planner:
 
     def _weights_on(self, way: Way) -> Array:
         weights = self._weights.copy()
+        if way.hurries:
+            weights[LINEAR_JERK] *= HURRIED_JERK_SHARE
         if way.is_detour or way.nears_goal:
             weights[PATH_ALIGNMENT] *= LOOSE_ALIGNMENT_SHARE
         if way.backs_up:
