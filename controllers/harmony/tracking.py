@@ -35,7 +35,7 @@ BODY_M, LARGEST_M, FEWEST_CELLS = 0.3, 1.5, 2
 GATE_M, GATE_MPS = 0.5, 1.0
 # A velocity needs FEWEST of the last MOST places. It is sure above SLOWEST_MPS, if the places are
 # within SPREAD_M of its line, in the root mean square.
-FEWEST, MOST, SLOWEST_MPS, SPREAD_M, REAR_M = 3, 6, 0.4, 0.14, 0.1
+FEWEST, MOST, SLOWEST_MPS, SPREAD_M, REAR_M = 3, 6, 0.4, 0.2, 0.1
 
 
 class Tracks(NamedTuple):
