@@ -21,6 +21,7 @@ from drake_navbench.controllers.harmony.base_response import (
     braking_time,
     command_of,
     follow_then_brake,
+    response_of,
     steps_in,
 )
 from drake_navbench.controllers.harmony.discs import covering_discs
@@ -120,13 +121,13 @@ class Harmony:
         self._discs = read_only(covering_discs(setup))
         self._planner = Planner(parameters, self._discs)
         self._way_finder = WayFinder(parameters, setup, self._discs, self._planner.clearance)
-        self._response = parameters.response_of(setup)
+        self._response = response_of(setup)
         self._candidates = candidates_of(self._response, parameters.response_error)
         braking_s = braking_time(self._response, parameters.top_speed, parameters.max_vel_theta)
         if braking_s > LONGEST_STOP_S:
             raise InputError(
-                f"response_time, base_acceleration, base_angular_acceleration: got a base that "
-                f"brakes for {braking_s:.1f} s, expected at most {LONGEST_STOP_S:g} s"
+                f"drive: got a base that brakes for {braking_s:.1f} s, expected at most "
+                f"{LONGEST_STOP_S:g} s"
             )
 
     def initial_memory(self) -> HarmonyMemory:
@@ -144,9 +145,7 @@ class Harmony:
             raise InvalidPath("plan: got no poses, expected at least one")
         parameters = self._parameters
         field = distance_field(observation.costmap)
-        sent = memory.sent
-        if parameters.latency is None:
-            sent = observed(sent, self._response, observation.twist, observation.time_s)
+        sent = observed(memory.sent, self._response, observation.twist, observation.time_s)
         memory = memory._replace(sent=sent)
         if parameters.stop_for_moving:
             tracks = followed(memory.tracks, observation.costmap, observation.pose[:2])
@@ -188,8 +187,6 @@ class Harmony:
         return self._last_resorts(observation, memory, check, start, limits, notes)
 
     def _latency_s(self, memory: HarmonyMemory) -> float:
-        if self._parameters.latency is not None:
-            return self._parameters.latency
         return 0.0 if memory.sent is None else float(LATENCIES_S[memory.sent.latency])
 
     def _learnt(self, observation: Observation, memory: HarmonyMemory) -> Learnt:
@@ -293,8 +290,6 @@ class Harmony:
 
     def _accepted(self, check: Check, plan: Array) -> int:
         """Returns the number of cycles for which the gatekeeper accepts a plan; 0: not at all."""
-        if not self._parameters.use_gatekeeper:
-            return 1
         if not check.is_on_map:
             return 0
         return int(

@@ -2,8 +2,8 @@
 
 A lethal cell is old after STILL_S, and so are all that it leads to over gaps of up to two cells, as
 in a wall that comes into sight. Young cells in sight that are near each other are one thing, such
-as the legs of a person. A thing is followed over updates of the costmap; its velocity is the slope
-of the least-squares line through its last places.
+as the legs of a person, which stands if one of them gets old. A thing is followed over updates of
+the costmap; its velocity is the slope of the least-squares line through its last places.
 """
 
 from __future__ import annotations
@@ -29,20 +29,23 @@ STILL_S, BESIDE = 0.8, np.ones((3, 3))
 NEAR_M = 0.62
 # A cell is out of sight behind one that is nearer by 2 cells and within 0.75 cells of its line.
 BEHIND_CELLS, BESIDE_CELLS = 2.0, 0.75
-# Least radius, of a body around the legs that a low lidar sees, and largest one of a thing, m.
+# Least radius, of a body around the legs that a low lidar sees, and largest width of a thing, m. A
+# single cell is no thing: a wall that the beams graze comes into sight so.
 BODY_M, LARGEST_M, FEWEST_CELLS = 0.3, 1.5, 2
 # A thing is one that was expected within GATE_M m, and GATE_MPS m more for each second.
 GATE_M, GATE_MPS = 0.5, 1.0
 # A velocity needs FEWEST of the last MOST places. It is sure above SLOWEST_MPS, if the places are
-# within SPREAD_M of its line, in the root mean square.
+# within SPREAD_M of its line, in the root mean square, and the thing's rear, too, has moved by
+# REAR_M: what comes into sight grows, and its rear stands.
 FEWEST, MOST, SLOWEST_MPS, SPREAD_M, REAR_M = 3, 6, 0.4, 0.2, 0.1
 
 
 class Tracks(NamedTuple):
     """Costmap and the things in it, followed until then; arrays are read-only.
 
-    since_s: (rows, columns) when each cell became lethal, inf if it is not. places: (T, MOST, 3)
-    time s, x m, y m of each thing, newest last, NaN where there were fewer. radii: (T,) m.
+    since_s: (rows, columns) when each cell became lethal, inf if it is not, -inf if it is old.
+    places: (T, MOST, 5) time s and box (least x, y, largest x, y) m of each thing, newest last, NaN
+    where there were fewer.
     """
 
     costmap: Costmap
@@ -144,9 +147,8 @@ def moving_at(tracks: Tracks, time_s: float, most: int = MOST) -> Array:
         row[:2], row[2:4] = mean + (time_s - known[:, 0].mean()) * velocity, velocity
         speed = math.hypot(*velocity)
         ends = middles @ velocity - halves @ np.abs(velocity)
-        row[5] = (
-            spread_m <= SPREAD_M and speed >= SLOWEST_MPS and ends[-1] - ends[0] >= REAR_M * speed
-        )
+        is_sure = spread_m <= SPREAD_M and speed >= SLOWEST_MPS
+        row[5] = is_sure and ends[-1] - ends[0] >= REAR_M * speed
     return found
 
 
