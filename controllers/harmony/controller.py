@@ -157,7 +157,7 @@ class Harmony:
         limits = self._planner.limits(top_speed, self._sweep(check))
         reach_m = limits.forward_speed * parameters.horizon
         found = self._way_finder.find(observation, memory, start, field, reach_m)
-        hurries = memory.hurries and start[V] < HURRIES_UP_TO * limits.forward_speed
+        hurries = memory.hurries and bool(start[V] < HURRIES_UP_TO * limits.forward_speed)
         way = found.way._replace(hurries=hurries)
         memory = memory._replace(detour=found.detour, backs_up=way.backs_up, hurries=hurries)
         candidate, guesses = self._planner.candidate(
