@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from drake_navbench.controllers.harmony.detour import cell_of
 from drake_navbench.kernels.distance_field import DistanceField
-from drake_navbench.kernels.grid import world_to_cell
 
 
 def is_connected(
@@ -23,11 +23,10 @@ def is_connected(
     from start to end is longer than `longest` m do not count. A start that is nearer to obstacles
     counts as free; a point off the map is connected with nothing.
     """
-    rows, columns = field.distances.shape
-    place = (field.origin_x, field.origin_y, field.resolution, columns, rows)
-    (x, y), (end_x, end_y) = (world_to_cell(*point.tolist(), *place) for point in (start, end))
+    (x, y), (end_x, end_y) = cell_of(field, start), cell_of(field, end)
     if x < 0 or end_x < 0:
         return False
+    rows, columns = field.distances.shape
     row, column = np.ogrid[:rows, :columns]
     way = np.hypot(row - y, column - x) + np.hypot(row - end_y, column - end_x)
     is_open = (field.distances >= clearance) & (way <= longest / field.resolution)
