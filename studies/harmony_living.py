@@ -2,14 +2,16 @@
 
 `python studies/harmony_living.py FILE --rounds N` drives them and prints tables; with --judge it
 drives nothing. A round is one trial of every scenario by each of the columns, from campaign seed
-500 on; columns are compared with those that have the same kind of map. FILE gets a line a trial,
-and the drive goes on where FILE ends. What the rows decide is in docs/harmony.md.
+500 on; columns are compared with those that have the same kind of map, or with the first --columns
+of them. FILE gets a line a trial, and the drive goes on where FILE ends. What the rows decide is in
+docs/harmony.md.
 """
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 from harmony_comparison import COLUMNS
@@ -45,6 +47,10 @@ SAME_MAP = {
 }
 STOPS = {f"{OURS}, clearing, {OPTION}": (f"{OURS}:{OPTION}=true", True)}
 SAME_MAP[OPTION] = STOPS | SAME_MAP["clearing"]
+SAME_MAP[f"{OPTION}, Nav2's map"] = {
+    f"{OURS}, {OPTION}": (f"{OURS}:{OPTION}=true", False),
+    **SAME_MAP["Nav2's map"],
+}
 KEPT = ["identity", "scenario", "seed", "column", "outcome", "time_to_goal_s", "min_clearance_m"]
 
 
@@ -66,15 +72,22 @@ def specs_of(round_number: int, column: str, clears: bool) -> list[TrialSpec]:
 
 def drive_round(path: Path, round_number: int, columns: dict[str, tuple[str, bool]]) -> None:
     """Drives what FILE does not hold yet of a round; a line is written as soon as it is known."""
-    kept = pd.read_csv(path) if path.exists() else pd.DataFrame(columns=KEPT)
+    driven = set(pd.read_csv(path)["identity"]) if path.exists() else set()
+    names: dict[str, str] = {}
+    missing = []
     for name, (column, clears) in columns.items():
         for spec in specs_of(round_number, column, clears):
-            if spec.identity in set(kept["identity"]):
-                continue
-            row = drive_each([spec], table_row, jobs=1)[0]
-            row |= {"identity": spec.identity, "seed": FIRST_SEED + round_number, "column": name}
-            line = pd.DataFrame([row]).reindex(columns=KEPT)
-            line.to_csv(path, mode="a", header=not path.exists(), index=False)
+            if spec.identity not in driven:
+                names[spec.identity] = name
+                missing.append(spec)
+
+    def write(spec: TrialSpec, row: dict[str, Any]) -> None:
+        own = {"identity": spec.identity, "column": names[spec.identity]}
+        line = pd.DataFrame([row | own | {"seed": FIRST_SEED + round_number}])
+        line = line.reindex(columns=KEPT)
+        line.to_csv(path, mode="a", header=not path.exists(), index=False)
+
+    drive_each(missing, table_row, jobs=1, on_row=write)
 
 
 def whole_rounds(rows: pd.DataFrame, columns: list[str]) -> pd.DataFrame:
@@ -131,16 +144,20 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=4)
     parser.add_argument("--first-round", type=int, default=0)
     parser.add_argument("--maps", nargs="+", choices=list(SAME_MAP), default=list(SAME_MAP))
+    parser.add_argument("--columns", type=int, help="how many of each map's columns")
     parser.add_argument("--judge", action="store_true", help="drives nothing")
     arguments = parser.parse_args()
+    columns = {
+        name: dict(list(SAME_MAP[name].items())[: arguments.columns]) for name in arguments.maps
+    }
     if not arguments.judge:
         for number in range(arguments.first_round, arguments.first_round + arguments.rounds):
-            for name in arguments.maps:
-                drive_round(arguments.file, number, SAME_MAP[name])
+            for name in columns:
+                drive_round(arguments.file, number, columns[name])
     rows = pd.read_csv(arguments.file)
     require_no_errors(rows, arguments.file)
-    for name in arguments.maps:
-        ours, *others = SAME_MAP[name]
+    for name in columns:
+        ours, *others = columns[name]
         whole = whole_rounds(rows, [ours, *others])
         if whole.empty:
             print(f"{name}: no whole round is driven\n")

@@ -13,10 +13,13 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from drake_navbench.controller import ControllerSetup
 from drake_navbench.controllers.harmony.motion import V, W, fill, stage_at
 
 # The step of the prediction, s: a fifth of the shortest usual time constant.
 STEP_S = 0.01
+# A robot's own time constant counts only above this: where motors are simulated, they add to it.
+LEAST_RESPONSE_S = 0.1
 # A base slower than this is at rest, m/s and rad/s.
 REST_MPS, REST_RADPS = 1e-3, 1e-3
 # A base that brakes for longer than this, s, counts as unable to stop.
@@ -34,6 +37,17 @@ class Response(NamedTuple):
     angular_acceleration: float
     most_v: float = math.inf
     most_w: float = math.inf
+
+
+def response_of(setup: ControllerSetup) -> Response:
+    """Returns the base's response to commands, by the robot's setup."""
+    return Response(
+        max(setup.response_time_constant_s, LEAST_RESPONSE_S),
+        setup.max_linear_acceleration_mps2,
+        setup.max_angular_acceleration_radps2,
+        setup.max_linear_velocity_mps,
+        setup.max_angular_velocity_radps,
+    )
 
 
 @njit(cache=True)

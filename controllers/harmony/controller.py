@@ -21,6 +21,7 @@ from drake_navbench.controllers.harmony.base_response import (
     braking_time,
     command_of,
     follow_then_brake,
+    response_of,
     steps_in,
 )
 from drake_navbench.controllers.harmony.discs import covering_discs
@@ -47,7 +48,7 @@ from drake_navbench.controllers.harmony.prediction import (
     with_command,
 )
 from drake_navbench.controllers.harmony.scene import Limits, make_start
-from drake_navbench.controllers.harmony.tracking import followed, moving_at, touches
+from drake_navbench.controllers.harmony.tracking import MOST, followed, moving_at, touches
 from drake_navbench.controllers.harmony.way import is_trapped
 from drake_navbench.controllers.harmony.way_finder import FoundWay, WayFinder
 from drake_navbench.errors import InputError
@@ -70,9 +71,12 @@ REST = read_only(np.zeros(2))
 # A cycle is late after LATE_RATIO periods. The next one is then expected to be as late, up to
 # LONGEST_INTERVAL_S.
 LATE_RATIO, LONGEST_INTERVAL_S = 1.5, 0.5
-# The robot brakes for a thing that would come within SURE_M of it in LOOK_S on its plan and, if it
-# brakes a cycle later, in HOLD_S or until SURE_S after it is at rest.
-LOOK_S, HOLD_S, SURE_S, SURE_M = 1.0, 0.5, 0.15, 0.05
+# The robot brakes for a thing that would touch it in LOOK_S on its plan and, if it brakes a cycle
+# later, would come within SURE_M of it in HOLD_S or until SURE_S after it is at rest. Both must be
+# so by all places of the thing, and by the last LAST ones: who has just turned away does not count.
+LOOK_S, HOLD_S, SURE_S, SURE_M, LAST = 1.0, 0.5, 0.15, 0.05, 4
+# The robot hurries after such a stop until it has this share of its speed.
+HURRIES_UP_TO = 0.9
 # The log keeps every SHOWN_STOP_STRIDE-th pose of the stop.
 SHOWN_STOP_STRIDE = 10
 
@@ -114,16 +118,16 @@ class Harmony:
         self._parameters = parameters
         self._setup = setup
         self._outline = read_only(setup.footprint)
-        self._discs = read_only(covering_discs(setup, parameters.disc_count))
+        self._discs = read_only(covering_discs(setup))
         self._planner = Planner(parameters, self._discs)
         self._way_finder = WayFinder(parameters, setup, self._discs, self._planner.clearance)
-        self._response = parameters.response_of(setup)
+        self._response = response_of(setup)
         self._candidates = candidates_of(self._response, parameters.response_error)
         braking_s = braking_time(self._response, parameters.top_speed, parameters.max_vel_theta)
         if braking_s > LONGEST_STOP_S:
             raise InputError(
-                f"response_time, base_acceleration, base_angular_acceleration: got a base that "
-                f"brakes for {braking_s:.1f} s, expected at most {LONGEST_STOP_S:g} s"
+                f"drive: got a base that brakes for {braking_s:.1f} s, expected at most "
+                f"{LONGEST_STOP_S:g} s"
             )
 
     def initial_memory(self) -> HarmonyMemory:
@@ -141,9 +145,7 @@ class Harmony:
             raise InvalidPath("plan: got no poses, expected at least one")
         parameters = self._parameters
         field = distance_field(observation.costmap)
-        sent = memory.sent
-        if parameters.latency is None:
-            sent = observed(sent, self._response, observation.twist, observation.time_s)
+        sent = observed(memory.sent, self._response, observation.twist, observation.time_s)
         memory = memory._replace(sent=sent)
         if parameters.stop_for_moving:
             tracks = followed(memory.tracks, observation.costmap, observation.pose[:2])
@@ -155,8 +157,9 @@ class Harmony:
         limits = self._planner.limits(top_speed, self._sweep(check))
         reach_m = limits.forward_speed * parameters.horizon
         found = self._way_finder.find(observation, memory, start, field, reach_m)
-        way = found.way
-        memory = memory._replace(detour=found.detour, backs_up=way.backs_up)
+        hurries = memory.hurries and bool(start[V] < HURRIES_UP_TO * limits.forward_speed)
+        way = found.way._replace(hurries=hurries)
+        memory = memory._replace(detour=found.detour, backs_up=way.backs_up, hurries=hurries)
         candidate, guesses = self._planner.candidate(
             self._planner.scene(start, way, field, limits),
             start,
@@ -184,8 +187,6 @@ class Harmony:
         return self._last_resorts(observation, memory, check, start, limits, notes)
 
     def _latency_s(self, memory: HarmonyMemory) -> float:
-        if self._parameters.latency is not None:
-            return self._parameters.latency
         return 0.0 if memory.sent is None else float(LATENCIES_S[memory.sent.latency])
 
     def _learnt(self, observation: Observation, memory: HarmonyMemory) -> Learnt:
@@ -289,8 +290,6 @@ class Harmony:
 
     def _accepted(self, check: Check, plan: Array) -> int:
         """Returns the number of cycles for which the gatekeeper accepts a plan; 0: not at all."""
-        if not self._parameters.use_gatekeeper:
-            return 1
         if not check.is_on_map:
             return 0
         return int(
@@ -317,7 +316,7 @@ class Harmony:
     ) -> Decision:
         if self._must_brake(observation.time_s, memory, check, plan):
             notes.update(accepted="stop for moving", follow_s=0.0)
-            memory = memory._replace(refused_since_s=None)
+            memory = memory._replace(refused_since_s=None, hurries=True)
             return Decision(REST, self._stopped(observation, memory), notes)
         dt = self._parameters.time_step
         command = read_only(np.array(command_of(check.response, plan, dt, check.interval_s, 0)))
@@ -337,17 +336,18 @@ class Harmony:
         """
         if memory.tracks is None:
             return False
-        moving = moving_at(memory.tracks, time_s + self._latency_s(memory))
-        moving = moving[moving[:, 5] > 0.0]
+        at_s = time_s + self._latency_s(memory)
+        estimates = [moving_at(memory.tracks, at_s, most) for most in (MOST, LAST)]
+        is_met = estimates[0][:, 5] > 0.0
         dt, period_s = self._parameters.time_step, check.interval_s
         step_s = period_s / steps_in(period_s)
         for cycles in (1, math.ceil(LOOK_S / period_s)):
             poses = follow_then_brake(check.response, check.state, plan, dt, period_s, cycles)
             stop_s = max((len(poses) - 1) * step_s + SURE_S, HOLD_S)
-            until_s = stop_s if cycles == 1 else LOOK_S
-            if not touches(moving, self._outline, poses, step_s, SURE_M, until_s):
-                return False
-        return True
+            until_s, bound = (stop_s, SURE_M) if cycles == 1 else (LOOK_S, 0.0)
+            for moving in estimates:
+                is_met &= touches(moving, self._outline, poses, step_s, bound, until_s)
+        return bool(is_met.any())
 
     def _last_resorts(
         self,

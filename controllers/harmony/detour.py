@@ -75,7 +75,7 @@ def detour_costs(
 def off_plan(field: DistanceField, points: Array) -> Array:
     """Returns (rows, columns) m the distances of cells from those that hold points (P, 2) m."""
     is_off = np.ones(field.distances.shape, dtype=np.bool_)
-    for column, row in (_cell_of(field, point) for point in points):
+    for column, row in (cell_of(field, point) for point in points):
         if column >= 0:
             is_off[row, column] = False
     return np.asarray(field.resolution * ndimage.distance_transform_edt(is_off))
@@ -191,7 +191,7 @@ def _way_between(
     costs: NDArray[np.uint8], field: DistanceField, start: Array, end: Array
 ) -> Array | None:
     """Returns (M, 2) m the cheapest way over the centres of cells from one point to another."""
-    cells = [_cell_of(field, point) for point in (start, end)]
+    cells = [cell_of(field, point) for point in (start, end)]
     if cells[0][0] < 0 or cells[1][0] < 0:
         return None
     status, found, _ = search(
@@ -217,7 +217,7 @@ def _way_between(
     return points
 
 
-def _cell_of(field: DistanceField, point: Array) -> tuple[int, int]:
+def cell_of(field: DistanceField, point: Array) -> tuple[int, int]:
     """Returns (column, row) of the cell that holds a point (2,) m, (-1, -1) off the map."""
     rows, columns = field.distances.shape
     x, y = float(point[0]), float(point[1])

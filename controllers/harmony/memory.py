@@ -18,11 +18,11 @@ class HarmonyMemory(NamedTuple):
     """The memory of harmony after a cycle; arrays are read-only.
 
     plan: (N + 1, 9) the committed plan, or None where the last command was not a plan's.
-    time_s: when it was committed. sent: the last commands. refused_since_s: since when no new
-    plan has been accepted; None if the last one was. is_trapped: the last
-    plan got nowhere. detour: (M, 3) the way out of a trap, or None. backs_up: the last way was
-    driven backwards. learnt: the errors of the base's candidates. tracks: of the
-    things in the costmap, None where nothing is tracked.
+    time_s: when it was committed. sent: the last commands. refused_since_s: since when no new plan
+    has been accepted; None if the last one was. is_trapped: the last plan got nowhere. detour:
+    (M, 3) the way out of a trap, or None. backs_up: the last way was driven backwards. learnt: the
+    errors of the base's candidates. tracks: of the things in the costmap, None where nothing is
+    tracked. hurries: it has stopped for one of them.
     """
 
     plan: Array | None = None
@@ -34,3 +34,4 @@ class HarmonyMemory(NamedTuple):
     backs_up: bool = False
     learnt: Learnt | None = None
     tracks: Tracks | None = None
+    hurries: bool = False

@@ -9,15 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from drake_navbench.controller import AskedSpeeds, ControllerParameters, ControllerSetup
-from drake_navbench.controllers.harmony.base_response import Response
+from drake_navbench.controller import AskedSpeeds, ControllerParameters
 from drake_navbench.controllers.harmony.gatekeeper import LONGEST_GAP_M
 from drake_navbench.controllers.harmony.terms import TERMS
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     AngularAcceleration,
     AngularSpeed,
-    Count,
     Duration,
     Length,
     Number,
@@ -26,8 +24,6 @@ from drake_navbench.typed_files.quantities import (
 )
 
 Weight = Number
-# A robot's own time constant counts only above this: where motors are simulated, they add to it.
-LEAST_RESPONSE_S = 0.1
 
 
 class Weights(ControllerParameters):
@@ -98,11 +94,6 @@ class HarmonyParameters(ControllerParameters):
     min_obstacle_dist: Length = Field(
         0.0, ge=0.0, description="Clearance that plans keep in addition to the error bound [m]."
     )
-    disc_count: Count = Field(
-        5,
-        description="Number of discs along the base's axis that cover the outline, 1 to 5; a "
-        "round robot has one.",
-    )
 
     # Terms
     weights: Weights = Field(
@@ -114,31 +105,8 @@ class HarmonyParameters(ControllerParameters):
         lt=1.0,
         description="Share of a limit above which being near the limit costs.",
     )
-    inflation_dist: Length = Field(
-        0.35, gt=0.0, description="Clearance of the discs below which closeness costs [m]."
-    )
-    curve_speed: Speed = Field(
-        0.15, gt=0.0, description="Speed below which a curve counts as a turn in place [m/s]."
-    )
-    approach_dist: Length = Field(
-        1.5,
-        gt=0.0,
-        description="Distance to the goal below which plans turn to the goal's heading [m].",
-    )
-
-    # Program
-    use_program: bool = Field(True, description="Optimise the best guess by the nonlinear program.")
-    warm_iterations: Count = Field(
-        12, ge=1, le=1000, description="Iteration limit for the plan driven so far."
-    )
-    cold_iterations: Count = Field(
-        25, ge=1, le=1000, description="Iteration limit for any other plan."
-    )
 
     # Gatekeeper
-    use_gatekeeper: bool = Field(
-        True, description="Accept only plans with a verified emergency stop."
-    )
     stop_for_moving: bool = Field(
         False,
         description="Brake at the last moment before something that moves in the local costmap "
@@ -152,40 +120,16 @@ class HarmonyParameters(ControllerParameters):
         ge=0.0,
         description="Bound of the position error of the outline, from localization [m].",
     )
-    latency: Duration | None = Field(
-        None,
-        ge=0.0,
-        le=2.0,
-        description="Time from a measured pose to the effect of its command [s]; null: estimated.",
-    )
     latency_error: Duration = Field(
-        0.0, ge=0.0, le=2.0, description="Bound of the error of that time [s]."
-    )
-    response_time: Duration | None = Field(
-        None,
-        ge=0.0,
-        le=5.0,
-        description="Time constant of the base's velocity response [s]; null: the robot's, but at "
-        f"least {LEAST_RESPONSE_S:g} s.",
-    )
-    base_acceleration: Acceleration | None = Field(
-        None,
-        gt=0.0,
-        description="Least deceleration that the base brakes with [m/s^2]; null: the robot's "
-        "limit.",
-    )
-    base_angular_acceleration: AngularAcceleration | None = Field(
-        None,
-        gt=0.0,
-        description="Least angular deceleration that the base brakes with [rad/s^2]; null: "
-        "the robot's limit.",
+        0.0, ge=0.0, le=2.0, description="Bound of the error of the latency that is estimated [s]."
     )
     response_error: Number = Field(
         0.3,
         ge=0.0,
         lt=1.0,
-        description="Largest error of these three, as a share of them; what the base's answers to "
-        "commands leave of it is added to the error bound, by the speed.",
+        description="Largest error of the robot's time constant and accelerations, as a share of "
+        "them; what the base's answers to commands leave of it is added to the error bound, by the "
+        "speed.",
     )
     give_up_distance: Length = Field(
         0.6,
@@ -208,26 +152,6 @@ class HarmonyParameters(ControllerParameters):
     def top_speed(self) -> float:
         """The faster of both directions, m/s."""
         return max(self.max_vel_x, self.max_vel_x_backwards)
-
-    def response_of(self, setup: ControllerSetup) -> Response:
-        """Returns the base's response to commands.
-
-        Each value is the parameter where it is given, else taken from the robot's setup.
-        """
-        time_s, linear, angular = (
-            self.response_time,
-            self.base_acceleration,
-            self.base_angular_acceleration,
-        )
-        if time_s is None:
-            time_s = max(setup.response_time_constant_s, LEAST_RESPONSE_S)
-        return Response(
-            time_s,
-            setup.max_linear_acceleration_mps2 if linear is None else linear,
-            setup.max_angular_acceleration_radps2 if angular is None else angular,
-            setup.max_linear_velocity_mps,
-            setup.max_angular_velocity_radps,
-        )
 
     @property
     def step_count(self) -> int:
@@ -266,14 +190,6 @@ class HarmonyParameters(ControllerParameters):
             raise ValueError(
                 "tracking_error, localization_error, latency_error: got a bound of "
                 f"{self.error_bound_m:g} m, expected less than {LONGEST_GAP_M:g} m"
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _check_discs(self) -> Self:
-        if not 1 <= self.disc_count <= 5:
-            raise ValueError(
-                f"disc_count: got {self.disc_count}, expected 1 to 5 discs that cover the outline"
             )
         return self
 

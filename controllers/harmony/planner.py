@@ -20,7 +20,6 @@ from drake_navbench.controllers.harmony.rating import cost_of_motion
 from drake_navbench.controllers.harmony.scene import (
     Limits,
     Scene,
-    Shape,
     references_along,
     required_clearances,
     velocity_bounds,
@@ -29,6 +28,7 @@ from drake_navbench.controllers.harmony.scene import (
 from drake_navbench.controllers.harmony.terms import (
     COSTMAP_COST,
     FORWARD_PREFERENCE,
+    LINEAR_JERK,
     PATH_ALIGNMENT,
     plan_cost,
 )
@@ -44,6 +44,8 @@ Array = NDArray[np.float64]
 ROOM_TO_SPARE_M = 0.02
 # The allowed violation of the program's rows, in parts of their limits.
 TOLERANCE = 1e-2
+# Most iterations, and the first barrier, for the plan driven so far and for any other one.
+WARM_ITERATIONS, COLD_ITERATIONS = 12, 25
 WARM_BARRIER, COLD_BARRIER, LAST_BARRIER = 1e-3, 1e-2, 1e-5
 # Another guess than the driven plan is taken if its cost is below this share of that plan's.
 BETTER_GUESS_RATIO = 0.8
@@ -52,6 +54,8 @@ MOST_SEGMENTS_AHEAD = 12
 # The share of the weight `path_alignment` that holds on a detour, which nobody asked to follow, and
 # with the goal in reach: who keeps to the path up to the goal turns late to the goal's heading.
 LOOSE_ALIGNMENT_SHARE = 0.1
+# The share of `linear_jerk` that holds after the hard stop for something that moves.
+HURRIED_JERK_SHARE = 0.1
 
 
 class Candidate(NamedTuple):
@@ -77,12 +81,6 @@ class Planner:
         # Corners lie on the rims of the discs, so the discs keep the corners' clearance.
         self.clearance = parameters.error_bound_m + ROOM_TO_SPARE_M + parameters.min_obstacle_dist
         self._weights = read_only(parameters.weights.as_array())
-        self._shape = Shape(
-            parameters.limit_share,
-            parameters.inflation_dist,
-            parameters.curve_speed,
-            parameters.approach_dist,
-        )
 
     @property
     def stage_count(self) -> int:
@@ -138,12 +136,14 @@ class Planner:
             low,
             high,
             limits,
-            self._shape,
+            self._parameters.limit_share,
             self._weights_on(way),
         )
 
     def _weights_on(self, way: Way) -> Array:
         weights = self._weights.copy()
+        if way.hurries:
+            weights[LINEAR_JERK] *= HURRIED_JERK_SHARE
         if way.is_detour or way.nears_goal:
             weights[PATH_ALIGNMENT] *= LOOSE_ALIGNMENT_SHARE
         if way.backs_up:
@@ -244,14 +244,11 @@ class Planner:
     ) -> Candidate:
         """Returns the guess improved by the program.
 
-        It is unchanged if the program finds no solution or `use_program` is off.
+        It is unchanged if the program finds no solution.
         """
-        parameters = self._parameters
         scene = scene._replace(references=references_along(scene, way.path, guess, window))
-        if not parameters.use_program:
-            return Candidate(guess, plan_cost(scene, guess), True, 0, 0.0)
         settings = SolverSettings(
-            parameters.warm_iterations if is_warm else parameters.cold_iterations,
+            WARM_ITERATIONS if is_warm else COLD_ITERATIONS,
             WARM_BARRIER if is_warm else COLD_BARRIER,
             LAST_BARRIER,
             TOLERANCE,

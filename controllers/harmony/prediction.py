@@ -1,9 +1,9 @@
 """The base's pose and speed when the next command takes effect, and the latency until then.
 
 A measured pose is old when it arrives, a cycle takes time, and a command takes time on its way.
-Only the sum counts: the latency from a pose to the effect of the command computed from it. If it is
-not given, several latencies are compared, and the controller assumes the one with which the
-commands best explain the measured motion. Until then it assumes 0.
+Only the sum counts: the latency from a pose to the effect of the command computed from it. Several
+latencies are compared, and the controller assumes the one with which the commands best explain the
+measured motion. Until then it assumes 0.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ from numba import njit
 
 from drake_navbench.controllers.harmony.motion import STAGE_SIZE, YAW, A, V, W, X, Y, fill
 from drake_navbench.controllers.harmony.scene import REFERENCE_SIZE, heading_wanted, nearest_on_path
-from drake_navbench.controllers.harmony.terms import COSTMAP_COST, stage_cost
+from drake_navbench.controllers.harmony.terms import COSTMAP_COST, INFLATION_M, stage_cost
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.grid import world_to_cell
 
@@ -27,7 +27,7 @@ def _room(scene, stage, cosine, sine, required):
 
     Half a cell less will do: a gap that is wide enough for the program must not look closed.
     """
-    field, reach = scene.field, scene.shape.inflation_dist
+    field = scene.field
     required -= 0.5 * field.resolution
     rows, columns = field.distances.shape
     cost = 0.0
@@ -47,7 +47,7 @@ def _room(scene, stage, cosine, sine, required):
         clearance = field.distances[row, column] - scene.discs[d, 1]
         if clearance < required:
             return False, cost
-        inside = max(1.0 - clearance / reach, 0.0)
+        inside = max(1.0 - clearance / INFLATION_M, 0.0)
         cost += inside * inside
     return True, cost
 

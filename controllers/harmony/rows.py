@@ -1,4 +1,4 @@
-"""The hard limits of a plan as rows that must not be negative, stage by stage.
+"""The hard limits of a plan as rows that must not be negative, stage by stage of a `Scene`.
 
 Rows of one stage, in order: bounds of v, w, a, alpha and of both jerks (high, low each), the wheel
 speeds (right and left, high, low each), the lateral acceleration (two), and the clearance of each

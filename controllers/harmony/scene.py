@@ -17,6 +17,8 @@ Array = NDArray[np.float64]
 
 # A reference has x m, y m, yaw rad of the path's nearest point, and the speed wanted there m/s.
 REFERENCE_SIZE = 4
+# In the last APPROACH_M m before the goal the wanted heading turns from the path's to the goal's.
+APPROACH_M = 1.5
 # Rounding errors of the bounds on reachable velocities, m/s and rad/s.
 REACHABLE_SLACK = 1e-3
 # How much closer than at its start a plan may come to obstacles that are too near already, m.
@@ -47,27 +49,14 @@ class Limits(NamedTuple):
     sweep: float
 
 
-class Shape(NamedTuple):
-    """Distances and speeds that shape the terms; see the parameters of the same names.
-
-    limit_share: the share of a limit above which the term `constraints` counts. inflation_dist m.
-    curve_speed: a turn at a lower speed counts as one in place, m/s. approach_dist: the distance
-    before the goal at which the wanted heading begins to turn from the path's to the goal's, m.
-    """
-
-    limit_share: float
-    inflation_dist: float
-    curve_speed: float
-    approach_dist: float
-
-
 class Scene(NamedTuple):
     """One cycle's program.
 
     dt s. target: (3,) pose that plans aim at. nears_goal: 1 where that is the goal, and its yaw
     counts. references: (N + 1, 4), see REFERENCE_SIZE, yaw unwrapped along the guess. field, discs
     (D, 2) offset along x and radius, m. required: (N + 1,) m, clearance of discs without a turn.
-    low, high: (N + 1, 2) bounds of v and w. weights: (12,), in the order of `terms.TERMS`.
+    low, high: (N + 1, 2) bounds of v and w. limit_share: the share of a limit above which the term
+    `constraints` counts. weights: (12,), in the order of `terms.TERMS`.
     """
 
     dt: float
@@ -80,7 +69,7 @@ class Scene(NamedTuple):
     low: Array
     high: Array
     limits: Limits
-    shape: Shape
+    limit_share: float
     weights: Array
 
 
@@ -121,9 +110,9 @@ def heading_wanted(scene, x, y, yaw):
     if scene.nears_goal <= 0.0:
         return yaw
     left = math.hypot(scene.target[0] - x, scene.target[1] - y)
-    if left >= scene.shape.approach_dist:
+    if left >= APPROACH_M:
         return yaw
-    return yaw + (1.0 - left / scene.shape.approach_dist) * wrap(scene.target[2] - yaw)
+    return yaw + (1.0 - left / APPROACH_M) * wrap(scene.target[2] - yaw)
 
 
 @njit(cache=True)

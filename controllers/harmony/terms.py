@@ -28,6 +28,8 @@ from drake_navbench.controllers.harmony.motion import (
 )
 from drake_navbench.kernels.distance_field import sample_distance
 
+# Discs nearer to obstacles cost, m. A turn at a lower speed counts as one in place, m/s.
+INFLATION_M, TURN_IN_PLACE_MPS = 0.35, 0.15
 # Names of the weights, in the order of `Scene.weights`.
 TERMS = (
     "constraints",
@@ -83,7 +85,7 @@ def _square_of_two(weight, residual, first, first_slope, second, second_slope, g
 @njit(cache=True, error_model="numpy")
 def constraints(scene, stage, weight, gradient, hessian):
     """Penalizes values near a limit: (excess over `limit_share` of it)^2, in parts of the rest."""
-    limits, share = scene.limits, scene.shape.limit_share
+    limits, share = scene.limits, scene.limit_share
     left = 1.0 - share
     cost = 0.0
     for column, limit in (
@@ -118,7 +120,7 @@ def goal_position(scene, stage, weight, gradient, hessian):
 @njit(cache=True, error_model="numpy")
 def costmap_cost(scene, stage, weight, gradient, hessian):
     """Keeps away from obstacles: squared depth of each disc within the inflation."""
-    reach = scene.shape.inflation_dist
+    reach = INFLATION_M
     cosine, sine = math.cos(stage[YAW]), math.sin(stage[YAW])
     cost = 0.0
     for k in range(scene.discs.shape[0]):
@@ -177,8 +179,7 @@ def energy(stage, weight, gradient, hessian):
 @njit(cache=True, error_model="numpy")
 def sharp_curves(scene, stage, weight, gradient, hessian):
     """Drives wide curves: squared curvature, at least that of a slow crawl."""
-    slow = scene.shape.curve_speed
-    speed = math.sqrt(stage[V] * stage[V] + slow * slow)
+    speed = math.sqrt(stage[V] * stage[V] + TURN_IN_PLACE_MPS * TURN_IN_PLACE_MPS)
     curvature = stage[W] / speed
     by_v = -curvature * stage[V] / (speed * speed)
     return _square_of_two(weight, curvature, W, 1.0 / speed, V, by_v, gradient, hessian)

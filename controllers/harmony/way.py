@@ -37,7 +37,7 @@ class Way(NamedTuple):
     room, inf where there is none. behind: (2,) m, the path's first point behind that, its last one
     where the robot has no room up to there, or None. stop_m: along the path to where plans come to
     rest, inf where they need not. backs_up: it is driven backwards. is_detour: it begins with one.
-    has_room: the robot has room at the target.
+    has_room: the robot has room at the target. hurries: a smooth start counts less.
     """
 
     path: Array
@@ -50,6 +50,7 @@ class Way(NamedTuple):
     backs_up: bool = False
     is_detour: bool = False
     has_room: bool = True
+    hurries: bool = False
 
 
 def way_along(

@@ -39,11 +39,9 @@ def test_all_other_controllers_drive_the_bytes_that_are_kept():
 @needs_baseline
 @pytest.mark.long
 def test_where_nothing_moves_harmony_stops_for_nothing():
-    # In one_obstacle it stops once for what comes into sight (docs/harmony.md).
     stopping = "harmony:stop_for_moving=true"
-    still = ("empty", "static_obstacles", "restricted_small", "restricted_large")
-    driven = {scenario: digest(run_trial(scenario, stopping)) for scenario in still}
-    assert driven == {scenario: kept()[scenario]["harmony"] for scenario in still}
+    driven = {name: digest(run_trial(name, stopping)) for name in PUBLISHED_SCENARIOS}
+    assert driven == {name: digests["harmony"] for name, digests in kept().items()}
 
 
 def test_a_digest_changes_with_the_last_bit_of_one_sample_but_not_with_compute_times():

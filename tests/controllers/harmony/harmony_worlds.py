@@ -24,7 +24,7 @@ from numba import njit
 
 from drake_navbench.controller import ControllerError, ControllerSetup, Observation
 from drake_navbench.controllers.harmony import Harmony, HarmonyParameters
-from drake_navbench.controllers.harmony.base_response import Response, follow
+from drake_navbench.controllers.harmony.base_response import Response, follow, response_of
 from drake_navbench.kernels.footprint import footprint_radii
 from drake_navbench.kernels.grid import LETHAL, Costmap
 from drake_navbench.kernels.outline_distance import outline_to_edges
@@ -55,7 +55,7 @@ SETUP = ControllerSetup(
     circumscribed_radius_m=CIRCUMSCRIBED_M,
 )
 # It answers commands as the controller takes it to.
-BASE = HarmonyParameters().response_of(SETUP)
+BASE = response_of(SETUP)
 
 
 class Drive(NamedTuple):

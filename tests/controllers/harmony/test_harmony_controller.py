@@ -69,7 +69,6 @@ def decide(*boxes, parameters=None, **values):
             "weights.twirling: input should be greater than or equal to 0, got",
         ),
         ({"horizon": 0.7}, "must not be shorter than the stopping time"),
-        ({"disc_count": 0}, "disc_count: got 0, expected 1 to 5 discs"),
         ({"time_step": 1.0}, "must fit into horizon"),
     ],
 )
@@ -98,14 +97,14 @@ def test_the_stopping_time_is_that_of_limited_jerk():
 
 
 def test_discs_cover_the_outline():
-    discs = covering_discs(setup_for(), 4)
-    # Four parts of 0.28 m: from a middle to the corner of its part, hypot(0.14, 0.31).
-    np.testing.assert_allclose(discs[:, 0], [-0.12, 0.16, 0.44, 0.72])
-    np.testing.assert_allclose(discs[:, 1], np.hypot(0.14, 0.31), rtol=1e-3)
+    discs = covering_discs(setup_for())
+    # Five parts of 0.224 m: from a middle to the corner of its part, hypot(0.112, 0.31).
+    np.testing.assert_allclose(discs[:, 0], [-0.148, 0.076, 0.3, 0.524, 0.748])
+    np.testing.assert_allclose(discs[:, 1], np.hypot(0.112, 0.31), rtol=1e-3)
 
 
 def test_what_the_discs_keep_clear_of_the_corners_keep_clear_of_too():
-    discs = covering_discs(setup_for(), 5)
+    discs = covering_discs(setup_for())
     # No corner lies deeper in the discs than on their rim, so that what they keep, it keeps.
     for corner in OUTLINE:
         depth = discs[:, 1] - np.hypot(corner[0] - discs[:, 0], corner[1])
@@ -116,7 +115,7 @@ def test_what_the_discs_keep_clear_of_the_corners_keep_clear_of_too():
 
 def test_a_round_robot_is_one_disc():
     setup = setup_for(circle_footprint(0.3), footprint_is_circle=True)
-    np.testing.assert_allclose(covering_discs(setup, 4), [[0.0, 0.3]])
+    np.testing.assert_allclose(covering_discs(setup), [[0.0, 0.3]])
 
 
 def test_an_empty_plan_is_invalid():
@@ -156,7 +155,7 @@ def test_it_brakes_before_it_gives_up():
 
 def test_before_braking_hard_come_the_plan_so_far_and_a_stop_within_the_limits():
     parameters = HarmonyParameters()
-    planner = Planner(parameters, covering_discs(setup_for(), 5))
+    planner = Planner(parameters, covering_discs(setup_for()))
     limits, start = planner.limits(parameters.max_vel_x), make_start(np.zeros(3), 0.5, 0.2)
     driven = decide(twist=(0.5, 0.2)).memory.plan
     ways = dict(planner.ways_to_stop(start, limits, driven, 0.1))

@@ -119,10 +119,10 @@ def test_feedback_gains_solve_the_linear_quadratic_problem():
 
 
 def test_a_plan_turns_to_the_goals_heading_on_the_way():
-    scene, _ = problem(goal=(1.2, 0.0, 0.6), path=straight(1.2), approach_dist=0.8)
-    assert heading_wanted(scene, 0.3, 0.0, 0.1) == pytest.approx(0.1)
-    # Half of the last 0.8 m is left: half of the way from 0.1 rad to 0.6 rad.
-    assert heading_wanted(scene, 0.8, 0.0, 0.1) == pytest.approx(0.35)
+    scene, _ = problem(goal=(1.2, 0.0, 0.6), path=straight(1.2))
+    assert heading_wanted(scene, -0.3, 0.0, 0.1) == pytest.approx(0.1)
+    # Half of the last 1.5 m is left: half of the way from 0.1 rad to 0.6 rad.
+    assert heading_wanted(scene, 0.45, 0.0, 0.1) == pytest.approx(0.35)
     assert heading_wanted(scene, 1.2, 0.0, 0.1) == pytest.approx(0.6)
     beyond, _ = problem(goal=(9.0, 0.0, 0.6))
     assert heading_wanted(beyond, 1.4, 0.0, 0.1) == pytest.approx(0.1)

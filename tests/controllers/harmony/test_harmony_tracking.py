@@ -82,6 +82,25 @@ def test_a_wall_that_comes_into_sight_is_no_thing():
     assert len(tracked(wall(0.15))) > 0
 
 
+@pytest.mark.parametrize("gap_m", [0.15, 0.5])
+def test_a_wall_that_comes_into_sight_piece_by_piece_does_not_surely_move(gap_m):
+    # Its rear stands; when the first piece is old after 0.8 s, all of it is.
+    def wall(time_s):
+        return [
+            (2.0, start, 2.1, start + 0.1)
+            for start in np.arange(-2.0, 2.0, 0.1 + gap_m)[: 1 + round(time_s / MAP_PERIOD_S)]
+        ]
+
+    for updates in range(2, 9):
+        assert not tracked(lambda t: wall(t) if t > 0.1 else (), updates)[:, 5].any()
+
+
+def test_one_cell_alone_is_no_thing():
+    # As a wall that the beams graze: here and there a cell, not all of them where others were.
+    places = [2.0, 2.0, 2.2, 2.7, 2.55, 2.9]
+    assert len(tracked(lambda t: ((2.0, y := places[round(t / 0.2)], 2.05, y + 0.05),))) == 0
+
+
 def test_a_map_that_rolls_on_keeps_what_stands():
     tracks = None
     for count in range(6):
@@ -96,13 +115,12 @@ def test_a_map_that_rolls_on_keeps_what_stands():
 
 def test_a_touch_is_when_the_discs_meet_the_outline():
     # The front is at 0.86 m, the edge of the disc at 2.0 - 0.3 m: 0.84 m at 1 m/s, less 0.05 m.
-    poses = np.zeros((1, 3))
-    person = np.array([[2.0, 0.0, -1.0, 0.0, 0.3, 1.0]])
-    assert not touches(person, FOOTPRINT, poses, 0.01, 0.05, 0.77)
-    assert touches(person, FOOTPRINT, poses, 0.01, 0.05, 0.81)
     # One who goes by on the side, at 0.31 + 0.3 + 0.05 m and more from the axis, does not touch.
-    beside = np.array([[2.0, 0.67, -1.0, 0.0, 0.3, 1.0]])
-    assert not touches(beside, FOOTPRINT, poses, 0.01, 0.05, 3.0)
+    poses = np.zeros((1, 3))
+    people = np.array([[2.0, 0.0, -1.0, 0.0, 0.3, 1.0], [2.0, 0.67, -1.0, 0.0, 0.3, 1.0]])
+    assert touches(people, FOOTPRINT, poses, 0.01, 0.05, 0.77).tolist() == [False, False]
+    assert touches(people, FOOTPRINT, poses, 0.01, 0.05, 0.81).tolist() == [True, False]
+    assert touches(people, FOOTPRINT, poses, 0.01, 0.05, 3.0).tolist() == [True, False]
 
 
 def met(bearing, aside_m=0.0, walking_mps=1.0, speed=0.5, stops=True):
@@ -147,6 +165,27 @@ def test_who_walks_into_it_meets_it_at_rest_and_it_drives_until_the_last_moment(
     assert abs(speeds[-1]) <= 0.02
     # It drives at full speed until 1.2 s before they touch.
     assert speeds[-24] > 0.45
+
+
+def speed_after_start(hurries):
+    """The robot's speed 0.8 s after a start on a straight plan."""
+    controller = controller_with(HarmonyParameters())
+    memory, state = controller.initial_memory()._replace(hurries=hurries), np.zeros(5)
+    plan = np.column_stack([np.arange(0.0, 4.0, 0.05), np.zeros(80), np.zeros(80)])
+    for cycle in range(16):
+        seen = Observation(
+            time_s=cycle * PERIOD_S, pose=state[:3].copy(), twist=state[3:].copy(),
+            plan=plan, plan_id=1, costmap=costmap_with(), goal=np.array([8.0, 0.0, 0.0]),
+        )  # fmt: skip
+        command, memory, _ = controller.step(seen, memory)
+        for _ in range(5):
+            follow(BASE, state, float(command[0]), float(command[1]), 0.01)
+    assert memory.hurries is False
+    return state[3]
+
+
+def test_after_such_a_stop_it_starts_quickly():
+    assert speed_after_start(hurries=True) > 0.45 > 0.4 > speed_after_start(hurries=False)
 
 
 def test_who_passes_beside_it_does_not_stop_it():
