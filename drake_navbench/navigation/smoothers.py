@@ -38,8 +38,8 @@ class SimpleSmoother:
     """Relaxes a path. Parts of four poses or fewer, up to Iron of ten, stay as they are.
 
     Where a point would enter an inscribed or lethal cell, its part keeps the last sweep that was
-    free. In Humble all parts together have the refinements that each has since, and parts behind one
-    whose first pass meets an obstacle stay as they are. Iron refuses a path of which no part is
+    free. In Humble all parts together have the refinements that each has since, and parts behind
+    one whose first pass meets an obstacle stay as they are. Iron refuses a path of which no part is
     smoothed. Nav2's time limit (SmootherTimedOut) has no counterpart: `max_its` bounds the work.
     """
 

@@ -111,7 +111,7 @@ def test_it_speeds_up_from_its_last_command():
 
 
 def test_the_next_task_starts_from_the_last_command_of_the_one_before():
-    # 2 m/s^2 for 0.05 s: 0.1 m/s more than the last command, and the first task's plan is forgotten.
+    # 2 m/s^2 for 0.05 s: 0.1 m/s more than the last command.
     pursuit = make_pursuit()
     memory = pursuit.next_memory(VectorPursuitMemory(0.3, 0.0, plan_id=4, plan_begin=9))
     assert memory == VectorPursuitMemory(0.3, 0.0)
