@@ -64,8 +64,8 @@ class VectorPursuit:
 
     Wit, Crane, Armstrong: Autonomous Ground Vehicle Path Tracking (2004).
     The original is made for Humble, Jazzy and Kilted. For Lyrical it is that of Humble, but on what
-    Nav2's path handler leaves of the plan. Its last command outlives the goal; here each goal
-    starts at rest.
+    Nav2's path handler leaves of the plan. Its last command outlives the task, and the next one
+    starts from it.
     """
 
     Parameters: ClassVar[type[VectorPursuitParameters]] = VectorPursuitParameters
@@ -92,8 +92,12 @@ class VectorPursuit:
         self._footprint = read_only(setup.footprint)
 
     def initial_memory(self) -> VectorPursuitMemory:
-        """Returns the memory at the start of a goal: at rest."""
+        """Returns the memory at the start of the first task: at rest."""
         return VectorPursuitMemory()
+
+    def next_memory(self, memory: VectorPursuitMemory) -> VectorPursuitMemory:
+        """Returns the memory at the start of a task that follows another: its last command."""
+        return memory._replace(plan_id=None, plan_begin=0)
 
     @property
     def cuts_plan(self) -> bool:

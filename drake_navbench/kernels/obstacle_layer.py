@@ -26,6 +26,8 @@ UPPER_EDGE_MARGIN = 0.001
 # A beam without a return, where that counts as free space, is taken to end this far short of the
 # sensor's range, m.
 INF_RANGE_MARGIN = 0.0001
+# How the distance of a point is measured that is to be marked; see `mark_points`.
+IN_PLANE, IN_CELLS, IN_SPACE = 0, 1, 2
 # The box min_x, min_y, max_x, max_y around nothing.
 NOTHING_TOUCHED = (math.inf, math.inf, -math.inf, -math.inf)
 
@@ -37,13 +39,14 @@ def update_obstacle_layer(
     outline: NDArray[np.float64] | None,
     min_obstacle_height: float = 0.0,
     max_obstacle_height: float = 2.0,
+    measured: int = IN_PLANE,
 ) -> NDArray[np.float64]:
     """Clears along all rays, marks all hits, then frees the robot, in place.
 
     outline: (K, 2) of the robot in the grid's frame, m; None frees nothing. Points outside of the
     two heights [m] do not mark; everything else is in the plane, so that a ray frees cells that it
-    passes above. Returns (4,) min_x, min_y, max_x, max_y m: the box that the cycle touched, as Nav2
-    grows it.
+    passes above. measured: see `mark_points`. Returns (4,) min_x, min_y, max_x, max_y m: the box
+    that the cycle touched, as Nav2 grows it.
     """
     bounds = np.array(NOTHING_TOUCHED)
     for seen in observations:
@@ -54,7 +57,7 @@ def update_obstacle_layer(
     for seen in observations:
         if seen.marking:
             ranges = (float(seen.obstacle_min_range), float(seen.obstacle_max_range))
-            mark_points(grid, bounds, seen.origin, seen.points, ranges, heights)
+            mark_points(grid, bounds, seen.origin, seen.points, ranges, heights, measured)
     if outline is not None:
         free_robot(grid, bounds, outline)
     return bounds
@@ -158,12 +161,14 @@ def clear_rays(grid, bounds, sensor, points, ranges):
 
 
 @njit(cache=True)
-def mark_points(grid, bounds, sensor, points, ranges, heights):
+def mark_points(grid, bounds, sensor, points, ranges, heights, measured=IN_PLANE):
     """Marks, in place, the cells of a `Grid` that hold one of (M, 3) points, m, as LETHAL.
 
     A point counts between the two heights [m] and from ranges[0] to ranges[1] m off the sensor
-    (3,), measured in the plane in m and again in whole cells. Points or a sensor outside the grid
-    mark nothing. `bounds`, (4,) min_x, min_y, max_x, max_y m, grows in place.
+    (3,). measured: IN_PLANE (Jazzy, Lyrical): in the plane in m and again in whole cells; IN_CELLS
+    (Humble): in whole cells alone; IN_SPACE (Iron, Kilted): in m with the height, less than
+    ranges[1], also from a sensor outside the grid. Otherwise a sensor outside the grid marks
+    nothing, nor do points there. `bounds`, (4,) min_x, min_y, max_x, max_y m, grows in place.
     (ObstacleLayer::updateBounds)
     """
     costs, origin_x, origin_y, resolution = grid
@@ -173,7 +178,7 @@ def mark_points(grid, bounds, sensor, points, ranges, heights):
     sensor_column, sensor_row = world_to_cell(
         sensor_x, sensor_y, origin_x, origin_y, resolution, columns, rows
     )
-    if sensor_column < 0:
+    if sensor_column < 0 and measured != IN_SPACE:
         return
     min_cells = distance_to_cells(min_range, resolution)
     max_cells = distance_to_cells(max_range, resolution)
@@ -187,12 +192,18 @@ def mark_points(grid, bounds, sensor, points, ranges, heights):
         if column < 0:
             continue
         squared = (x - sensor_x) * (x - sensor_x) + (y - sensor_y) * (y - sensor_y)
-        if squared < min_squared or squared > max_squared:
-            continue
-        cells = int(math.hypot(column - sensor_column, row - sensor_row))
-        if min_cells <= cells <= max_cells:
-            costs[row, column] = LETHAL
-            grow_box(bounds, x, y)
+        if measured == IN_SPACE:
+            squared += (height - sensor[2]) * (height - sensor[2])
+            if not min_squared <= squared < max_squared:
+                continue
+        else:
+            if measured == IN_PLANE and not min_squared <= squared <= max_squared:
+                continue
+            cells = int(math.hypot(column - sensor_column, row - sensor_row))
+            if not min_cells <= cells <= max_cells:
+                continue
+        costs[row, column] = LETHAL
+        grow_box(bounds, x, y)
 
 
 @njit(cache=True)

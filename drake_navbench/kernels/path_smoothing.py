@@ -24,9 +24,8 @@ from drake_navbench.kernels.grid import LETHAL, MAX_NON_OBSTACLE, NO_INFORMATION
 # Points closer than this in x and in y have no direction between them; a turn by less is no turn.
 COINCIDENT_M = 1e-4
 IN_PLACE_TURN_RAD = 1e-4
-# Nav2 leaves shorter segments as they are: index span from the first pose to the last.
+# Nav2 leaves shorter paths as they are: index span from the first pose to the last.
 MIN_SPAN_OF_GRID_PATH = 10
-MIN_SPAN_OF_SEGMENT = 3
 
 
 @njit(cache=True)
@@ -171,12 +170,15 @@ def smooth_segment(
     Like `smooth_grid_path`, but the cell under a point is tested as soon as the point has moved,
     no footprint is, any path of three poses or more is taken, and headings are assigned at the end,
     by the non-holonomic rule: those of `path` tell whether it is driven backwards.
+    Returns the path, the number of passes that were begun, and whether the last was cut short.
     """
     result = _copied(path)
     if path.shape[0] <= 2:
-        return result
+        return result, 0, False
     is_cut_short = False
-    for _ in range(refinement_num + 1):
+    begun = 0
+    while begun <= refinement_num and not is_cut_short:
+        begun += 1
         original = _copied(result)
         trial = _copied(result)
         sweeps = 0
@@ -195,10 +197,8 @@ def smooth_segment(
                     break
             if not is_cut_short:
                 copy_into(trial, result)
-        if is_cut_short:
-            break
     assign_headings(result, heading_offset(result))
-    return result
+    return result, begun, is_cut_short
 
 
 def directional_segments(path: NDArray[np.float64]) -> list[tuple[int, int]]:

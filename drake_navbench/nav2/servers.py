@@ -36,7 +36,7 @@ from drake_navbench.navigation.waypoint_follower import (
     WaitAtWaypointParameters,
     WaypointFollowerParameters,
 )
-from drake_navbench.plugins.releases import NEWEST_RELEASE, Release, defaults_in
+from drake_navbench.plugins.releases import NEWEST_RELEASE, RELEASE_FIELD, Release, defaults_in
 
 Fields = dict[str, Any]
 
@@ -322,8 +322,10 @@ def read_smoother_server(reader: NodeReader, *, is_asked: bool) -> Fields:
         )
         return {"smoother": {"plugin": SIMPLE_SMOOTHER}}
     model = SMOOTHERS.load(plugin_type).Parameters
-    fields = [field for field in model.model_fields if field != "plugin"]
+    fields = [field for field in model.model_fields if field not in {"plugin", RELEASE_FIELD}]
     values = reader.block(model, f"{name}.", names=fields)
+    if RELEASE_FIELD in model.model_fields:
+        values[RELEASE_FIELD] = str(reader.release)
     reader.finish(
         {"costmap_topic", "footprint_topic", "local_costmap_topic", "transform_tolerance"}
     )

@@ -9,12 +9,14 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from drake_navbench.kernels.arrays import Array
-from drake_navbench.plugins.releases import ReadBy, Release, before, since
+from drake_navbench.plugins.releases import NEWEST_RELEASE, ReadBy, Release, before, since
 from drake_navbench.typed_files.quantities import Count, Length, Number
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 # The number of refinements before they were a parameter.
 REFINEMENTS_OF_HUMBLE = 4
+# Size and order of the Savitzky-Golay window before they were parameters.
+WINDOW_UP_TO_KILTED = (7, 3)
 
 
 class RefinementParameters(FrozenModel):
@@ -48,6 +50,11 @@ class RelaxationParameters(RefinementParameters):
 class PartsParameters(FrozenModel):
     """The choice between smoothing a path as a whole and part by part, between its turns back."""
 
+    nav2_release: Release = Field(
+        NEWEST_RELEASE,
+        description="Nav2 release whose rules apply: which parts are too short to be smoothed, "
+        "how refinements are counted, whether moved points are read",
+    )
     enforce_path_inversion: bool = Field(
         True,
         description="Smooth forward and reverse parts separately and keep the poses between them.",
@@ -88,6 +95,12 @@ class SavitzkyGolaySmootherParameters(RefinementParameters, PartsParameters):
             raise ValueError(
                 f"poly_order: got {self.poly_order}, expected less than window_size "
                 f"{self.window_size}"
+            )
+        window = (self.window_size, self.poly_order)
+        if self.nav2_release < Release.LYRICAL and window != WINDOW_UP_TO_KILTED:
+            raise ValueError(
+                f"window_size, poly_order: got {window}, expected {WINDOW_UP_TO_KILTED}: "
+                f"{self.nav2_release} has no other window"
             )
         return self
 

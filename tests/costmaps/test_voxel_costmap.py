@@ -242,3 +242,13 @@ def test_the_inflation_follows_the_release(release, cost):
     ((row, column),) = np.argwhere(costs == LETHAL)
     # A cell off along both sides: 252 exp(-15 (0.1 sqrt(2) - 0.1)), with 1.41 for the root.
     assert costs[row + 1, column + 1] == cost
+
+
+@pytest.mark.parametrize("release", ["humble", "iron", "jazzy", "kilted", "lyrical"])
+def test_a_point_at_the_range_of_marking_marks_but_in_iron_and_kilted(release):
+    sources = {
+        "observation_sources": {"scan": {"obstacle_max_range": 0.5, "max_obstacle_height": 2.0}}
+    }
+    layers = local(plugins=("obstacle_layer",), nav2_release=release, obstacle_layer=sources)
+    marks = np.any(costs_after(layers, scan_of(0.5, np.inf)) == LETHAL)
+    assert marks == (release not in {"iron", "kilted"})

@@ -234,9 +234,9 @@ def test_a_tree_may_smooth_its_path(tmp_path, result, check, told):
 @pytest.mark.parametrize(
     ("plugin", "values"),
     [
-        ("nav2_smoother::SimpleSmoother", {"w_smooth": 0.4}),
+        ("nav2_smoother::SimpleSmoother", {"w_smooth": 0.4, "nav2_release": "jazzy"}),
         ("nav2_constrained_smoother/ConstrainedSmoother", {"w_smooth": 0.4}),
-        ("nav2_smoother::SavitzkyGolaySmoother", {"refinement_num": 5}),
+        ("nav2_smoother::SavitzkyGolaySmoother", {"refinement_num": 5, "nav2_release": "jazzy"}),
         ("my_smoother::Smoother", None),
     ],
 )

@@ -3,12 +3,16 @@
 import math
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_navbench.kernels.grid import FREE, LETHAL, NO_INFORMATION, Grid
 from drake_navbench.kernels.observation import Observation
 from drake_navbench.kernels.obstacle_layer import (
+    IN_CELLS,
+    IN_PLANE,
+    IN_SPACE,
     clear_rays,
     mark_points,
     points_between,
@@ -55,6 +59,27 @@ def marked(sensor, points, *, minimum=0.0, maximum=100.0, resolution=1.0):
     )
     assert set(np.unique(costs)) <= {FREE, LETHAL}
     return {(int(x), int(y)) for y, x in np.argwhere(costs == LETHAL)}
+
+
+@pytest.mark.parametrize(
+    ("point", "marking"),
+    [
+        # 5.4 m, but 5 cells; exactly 5 m; 4.8 m along the floor, but 5.2 m in space; 4 m.
+        ((5.9, 0.5, 0.0), {IN_CELLS}),
+        ((5.5, 0.5, 0.0), {IN_CELLS, IN_PLANE}),
+        ((5.3, 0.5, 2.0), {IN_CELLS, IN_PLANE}),
+        ((4.5, 0.5, 0.0), {IN_CELLS, IN_PLANE, IN_SPACE}),
+    ],
+)
+def test_the_range_of_marking_is_measured_as_in_each_release(point, marking):
+    def is_marked(measured):
+        costs = np.zeros((10, 10), dtype=np.uint8)
+        seen = np.array([0.5, 0.5, 0.0]), np.array([point])
+        grid = Grid(costs, 0.0, 0.0, 1.0)
+        mark_points(grid, empty_bounds(), *seen, (0.0, 5.0), (0.0, 2.0), measured)
+        return bool(costs.any())
+
+    assert {kind for kind in (IN_PLANE, IN_CELLS, IN_SPACE) if is_marked(kind)} == marking
 
 
 # Scan to points

@@ -54,7 +54,7 @@ def smooth_grid(path, costs=EMPTY_MAP, footprint=CENTRE_ONLY, max_iterations=100
 
 
 def smooth_one_way(path, costs=EMPTY_MAP, max_iterations=1000, refinements=2):
-    return smooth_segment(
+    smoothed, _, _ = smooth_segment(
         path,
         grid_of(costs),
         1e-10,
@@ -63,6 +63,7 @@ def smooth_one_way(path, costs=EMPTY_MAP, max_iterations=1000, refinements=2):
         W_SMOOTH,
         refinements,
     )
+    return smoothed
 
 
 def corner_path(leg=10):

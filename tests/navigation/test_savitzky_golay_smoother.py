@@ -49,6 +49,30 @@ def test_beyond_the_ends_the_end_is_repeated_and_stays_itself():
     np.testing.assert_array_equal(smoothed[[0, -1], :2], bump()[[0, -1], :2])
 
 
+@pytest.mark.parametrize("release", ["humble", "iron"])
+def test_up_to_iron_points_are_read_that_were_moved_before(release):
+    parameters = SavitzkyGolaySmootherParameters(nav2_release=release, do_refinement=False)
+    height = smooth_path(bump(), parameters)[:, 1] / 0.07
+    # The eighth point sees only the bump, by -2/21; the ninth the bump by 3/21, the eighth by 6/21.
+    assert height[7] == pytest.approx(-2.0 / 21.0)
+    assert height[8] == pytest.approx(3.0 / 21.0 - 2.0 / 21.0 * 6.0 / 21.0)
+
+
+def test_up_to_iron_the_fourth_point_from_the_end_stays():
+    path = np.zeros((20, 3))
+    path[:, 0] = 0.1 * np.arange(20)
+    path[16, 1] = 0.07
+    parameters = SavitzkyGolaySmootherParameters(nav2_release="iron", do_refinement=False)
+    assert smooth_path(path, parameters)[16, 1] == 0.07
+    assert smooth_path(path, ONCE)[16, 1] == pytest.approx(0.07 * 7.0 / 21.0)
+
+
+@pytest.mark.parametrize("release", ["jazzy", "kilted"])
+def test_jazzys_window_is_the_one_that_lyrical_has_by_default(release):
+    older = smooth_path(bump(), SavitzkyGolaySmootherParameters(nav2_release=release))
+    np.testing.assert_allclose(older, smooth_path(bump(), DEFAULT), atol=1e-14)
+
+
 def test_each_refinement_smooths_what_came_before():
     twice = SavitzkyGolaySmootherParameters(refinement_num=1)
     by_hand = smooth_path(smooth_path(bump(), ONCE), ONCE)
@@ -92,6 +116,7 @@ def test_a_part_of_ten_poses_stays_as_it_is_and_one_of_eleven_does_not():
         ({"window_size": 6}, "expected an odd number"),
         ({"window_size": 1}, "greater than or equal to 3"),
         ({"window_size": 5, "poly_order": 5}, "expected less than window_size 5"),
+        ({"nav2_release": "jazzy", "window_size": 9}, "jazzy has no other window"),
     ],
 )
 def test_windows_that_make_no_filter_are_refused(wrong, text):

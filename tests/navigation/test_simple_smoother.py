@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from drake_navbench.errors import InputError
-from drake_navbench.kernels.grid import Costmap
+from drake_navbench.kernels.grid import LETHAL, Costmap
+from drake_navbench.navigation.smoother import SmoothingError
 from drake_navbench.navigation.smoothers import SimpleSmoother, SimpleSmootherParameters
 
 EMPTY = Costmap(np.zeros((100, 100), dtype=np.uint8), 0.0, 0.0, 0.05)
@@ -62,6 +63,45 @@ def test_without_path_inversion_the_turning_point_is_smoothed_away():
 def test_a_path_of_four_poses_stays_as_it_is_and_one_of_five_does_not():
     np.testing.assert_array_equal(smooth_path(zig_zag(4), EMPTY, DEFAULT), zig_zag(4))
     assert np.any(smooth_path(zig_zag(5), EMPTY, DEFAULT) != zig_zag(5))
+
+
+@pytest.mark.parametrize("release", ["humble", "iron"])
+def test_up_to_iron_a_path_of_ten_poses_is_too_short_and_one_of_eleven_is_not(release):
+    parameters = SimpleSmootherParameters(nav2_release=release)
+    assert np.any(smooth_path(zig_zag(11), EMPTY, parameters) != zig_zag(11))
+    if release == "iron":
+        with pytest.raises(SmoothingError, match="no part of the path was smoothed"):
+            smooth_path(zig_zag(10), EMPTY, parameters)
+    else:
+        np.testing.assert_array_equal(smooth_path(zig_zag(10), EMPTY, parameters), zig_zag(10))
+
+
+def test_iron_refuses_a_path_whose_first_sweep_meets_an_obstacle():
+    wall = Costmap(np.full((100, 100), LETHAL, dtype=np.uint8), 0.0, 0.0, 0.05)
+    assert len(smooth_path(zig_zag(), wall, DEFAULT)) == 20
+    with pytest.raises(SmoothingError):
+        smooth_path(zig_zag(), wall, SimpleSmootherParameters(nav2_release="iron"))
+
+
+def test_in_humble_the_first_part_uses_up_the_refinements_of_all():
+    path = there_and_back()
+    humble = SimpleSmootherParameters(nav2_release="humble", refinement_num=1)
+    once = SimpleSmootherParameters(refinement_num=1)
+    never = SimpleSmootherParameters(do_refinement=False)
+    smoothed = smooth_path(path, EMPTY, humble)
+    np.testing.assert_array_equal(smoothed[:10], smooth_path(path, EMPTY, once)[:10])
+    np.testing.assert_array_equal(smoothed[11:], smooth_path(path, EMPTY, never)[11:])
+
+
+def test_in_humble_parts_behind_one_that_meets_an_obstacle_stay_as_they_are():
+    path = there_and_back()
+    costs = np.zeros((100, 100), dtype=np.uint8)
+    # Both parts pass x = 1.5 m: the first at y = 2.04 m, the second at 2.14 m.
+    costs[40:42, 29:32] = LETHAL
+    wall = Costmap(costs, 0.0, 0.0, 0.05)
+    humble = SimpleSmootherParameters(nav2_release="humble")
+    np.testing.assert_array_equal(smooth_path(path, wall, humble)[11:], path[11:])
+    assert np.any(smooth_path(path, wall, DEFAULT)[11:] != path[11:])
 
 
 def test_more_refinements_smooth_more():

@@ -20,7 +20,12 @@ from drake_navbench.kernels.grid import Grid
 from drake_navbench.kernels.immutable import Immutable
 from drake_navbench.kernels.layer_grid import MergeRule, merge_layer, moved_cells
 from drake_navbench.kernels.observation import Observation
-from drake_navbench.kernels.obstacle_layer import update_obstacle_layer
+from drake_navbench.kernels.obstacle_layer import (
+    IN_CELLS,
+    IN_PLANE,
+    IN_SPACE,
+    update_obstacle_layer,
+)
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.kernels.voxel_layer import UNKNOWN_COLUMN, update_voxel_layer, voxel_grid
 from drake_navbench.navigation.costmaps.layer_plugin import (
@@ -35,6 +40,12 @@ from drake_navbench.plugins.releases import ReadBy, Release, before, since
 
 Costs = NDArray[np.uint8]
 Voxels = NDArray[np.uint32]
+# How the obstacle layer of a release measures the distance of points; of the others IN_PLANE.
+MEASURED_IN: Mapping[Release, int] = {
+    Release.HUMBLE: IN_CELLS,
+    Release.IRON: IN_SPACE,
+    Release.KILTED: IN_SPACE,
+}
 
 
 def _one_scan() -> dict[str, ObservationSourceSettings]:
@@ -177,7 +188,10 @@ class ObstacleLayer:
         seen: Seen,
     ) -> tuple[Voxels | None, Array]:
         """Updates the costs of `grid` in place; returns the voxels and the box touched, (4,) m."""
-        bounds = update_obstacle_layer(grid, observations, outline=outline, **self._heights)
+        measured = MEASURED_IN.get(self._setup.rules.nav2_release, IN_PLANE)
+        bounds = update_obstacle_layer(
+            grid, observations, outline=outline, measured=measured, **self._heights
+        )
         return None, bounds
 
 

@@ -110,6 +110,14 @@ def test_it_speeds_up_from_its_last_command():
     assert command_of(make_pursuit(), observe(AHEAD), CRUISING)[0] == pytest.approx(0.5)
 
 
+def test_the_next_task_starts_from_the_last_command_of_the_one_before():
+    # 2 m/s^2 for 0.05 s: 0.1 m/s more than the last command.
+    pursuit = make_pursuit()
+    memory = pursuit.next_memory(VectorPursuitMemory(0.3, 0.0, plan_id=4, plan_begin=9))
+    assert memory == VectorPursuitMemory(0.3, 0.0)
+    assert command_of(pursuit, observe(AHEAD), memory)[0] == pytest.approx(0.4)
+
+
 def test_in_a_curve_the_lateral_acceleration_bounds_the_speed():
     # Of radius 1: v = sqrt(0.09 * 1).
     pursuit = make_pursuit(max_lateral_accel=0.09)
