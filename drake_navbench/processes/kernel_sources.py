@@ -2,7 +2,8 @@
 
 A digest of them names the folder in which the kernel is kept once it is compiled. So a kernel is
 compiled anew if anything has changed that it may call, and is found in every checkout or wheel
-without a change: neither paths nor times matter.
+without a change: neither paths nor times matter. A kernel of a controller may take tuples of any
+module of this controller, imported or not: all of these with kernels or tuples are its sources.
 """
 
 from __future__ import annotations
@@ -18,8 +19,9 @@ from pathlib import Path
 from drake_navbench.processes.instruction_set import instruction_set
 
 PACKAGE = "drake_navbench"
+CONTROLLERS = f"{PACKAGE}.controllers"
 # Packages that lie beside the package in a development installation, else within it.
-APART = ("drake_navbench.controllers", "drake_navbench.analysis")
+APART = (CONTROLLERS, "drake_navbench.analysis")
 DIGEST_LENGTH = 16
 IMPORT_WORDS = r"(?:from|import)[ \t]+([\w.]+)(?:[ \t]+import[ \t]+(\([^)]*\)|[^\n]*))?"
 # For a module without kernels only its top-level imports count: no kernel reaches those in
@@ -29,6 +31,7 @@ IMPORT_AT_MARGIN = re.compile(rf"^{IMPORT_WORDS}", re.MULTILINE)
 ANY_IMPORT = re.compile(rf"^[ \t]*{IMPORT_WORDS}", re.MULTILINE)
 NAME = re.compile(r"\w+")
 KERNEL_MARK = b"njit("
+TUPLE_MARK = b"(NamedTuple)"
 
 # The folders of packages, by the packages' names.
 Folders = Mapping[str, Path]
@@ -51,7 +54,7 @@ def digest_of_module(module: str, file: Path) -> str | None:
     the compiler. None where none of these files is ours.
     """
     folders = {**_own_package(module, file), **packages_with_kernels()}
-    sources = _closure(module, file, folders)
+    sources = _closure(module, file, folders) | _beside(module)
     if not any(name.partition(".")[0] == PACKAGE for name in sources):
         return None
     digest = hashlib.sha256(compiler().encode())
@@ -84,6 +87,22 @@ def compiler() -> str:
         f"numba {numba.__version__}, llvmlite {llvmlite.__version__}, Python {python}, "
         f"{instruction_set()}"
     )
+
+
+def _beside(module: str) -> dict[str, Path]:
+    """Returns the files of a kernel's controller that have kernels or tuples, by their modules."""
+    name, _, rest = module.removeprefix(f"{CONTROLLERS}.").partition(".")
+    return _with_tuples(name) if rest and module.startswith(CONTROLLERS) else {}
+
+
+@cache
+def _with_tuples(controller: str) -> dict[str, Path]:
+    folder = packages_with_kernels()[CONTROLLERS] / controller
+    return {
+        name: file
+        for name, file in _modules({f"{CONTROLLERS}.{controller}": folder})
+        if KERNEL_MARK in _read(file) or TUPLE_MARK in _read(file)
+    }
 
 
 def _own_package(module: str, file: Path) -> dict[str, Path]:

@@ -38,10 +38,15 @@ def lab(tmp_path) -> Path:
     return folder
 
 
+def forget() -> None:
+    """Lets sources be read again, as in a new process."""
+    for remembered in ("digest_of_module", "_read", "_imports", "_file_in", "_with_tuples"):
+        getattr(kernel_sources, remembered).cache_clear()
+
+
 def digests(lab: Path) -> dict[str, str | None]:
     """The digests of the package's modules, as a new process finds them."""
-    for remembered in ("digest_of_module", "_read", "_imports", "_file_in"):
-        getattr(kernel_sources, remembered).cache_clear()
+    forget()
     return {
         file.stem: kernel_sources.digest_of_module(f"lab.{file.stem}", file)
         for file in lab.glob("[a-z]*.py")
@@ -59,6 +64,36 @@ def changed_by(lab: Path, name: str) -> set[str]:
 def test_who_imports_what_has_changed_is_compiled_anew_however_far(lab):
     assert changed_by(lab, "base.py") == {"base", "caller", "far", "types_alone"}
     assert changed_by(lab, "apart.py") == {"apart", "later"}
+
+
+def test_a_tuple_that_a_kernel_takes_counts_though_it_is_not_imported(tmp_path, monkeypatch):
+    controllers = tmp_path / "controllers"
+    texts = {
+        "mine/kernel.py": "from numba import njit\n\n@njit(cache=True)\ndef x(place):\n"
+        "    return place.x\n",
+        "mine/place.py": "class Place(NamedTuple):\n    x: float\n    y: float\n",
+        "mine/words.py": "x = 1\n",
+        "other/place.py": "class Place(NamedTuple):\n    x: float\n",
+    }
+    for name, text in texts.items():
+        (controllers / name).parent.mkdir(parents=True, exist_ok=True)
+        (controllers / name).write_text(text)
+    folders = {"drake_navbench.controllers": controllers}
+    monkeypatch.setattr(kernel_sources, "packages_with_kernels", lambda: folders)
+
+    def digest() -> str | None:
+        forget()
+        kernel = controllers / "mine" / "kernel.py"
+        return kernel_sources.digest_of_module("drake_navbench.controllers.mine.kernel", kernel)
+
+    def changes(name: str) -> bool:
+        before = digest()
+        (controllers / name).write_text(texts[name].replace("x", "z"))
+        return digest() != before
+
+    # With x and y exchanged a kernel that is kept would return y.
+    assert [name for name in texts if changes(name)] == ["mine/kernel.py", "mine/place.py"]
+    forget()
 
 
 def test_neither_times_nor_the_folder_enter(lab, tmp_path):
