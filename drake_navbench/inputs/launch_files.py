@@ -7,14 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from drake_navbench.typed_files.input_file import MEGABYTE
+from drake_navbench.inputs.descriptions.launched_value import LAUNCH_FILE
+from drake_navbench.typed_files.input_file import read_head_text
 
-SUFFIXES = (".py", ".xml", ".launch", ".yaml", ".yml")
 LINE_REMARKS = re.compile(r"(?:^|\s)#[^\n]*")
 XML_REMARKS = re.compile(r"<!--.*?-->", re.DOTALL)
 # Names of files, folders and packages, without the slashes between them.
 WORD = re.compile(r"[\w.-]+")
-HEAD_BYTES = MEGABYTE
 
 
 @dataclass(frozen=True)
@@ -54,14 +53,10 @@ class LaunchFiles:
 
 def read_launch_files(files: Sequence[Path]) -> LaunchFiles:
     """Returns the words of the launch files among `files`; an unreadable one has none."""
-    chosen = [file for file in files if "launch" in file.name and file.suffix in SUFFIXES]
+    chosen = [file for file in files if LAUNCH_FILE.search(file.name)]
     return LaunchFiles(tuple((file, _words_in(file)) for file in chosen))
 
 
 def _words_in(file: Path) -> frozenset[str]:
-    try:
-        with file.open(encoding="utf-8", errors="replace") as opened:
-            text = opened.read(HEAD_BYTES)
-    except OSError:
-        return frozenset()
+    text = read_head_text(file)
     return frozenset(WORD.findall(LINE_REMARKS.sub("", XML_REMARKS.sub("", text))))

@@ -17,9 +17,8 @@ from drake_navbench.inputs.descriptions.world import WORLD_SUFFIXES, is_world, r
 from drake_navbench.inputs.descriptions.xacro_macro import lacking, robot_macro
 from drake_navbench.inputs.launch_files import read_launch_files
 from drake_navbench.inputs.package_files import MAP, NAV2, ROBOT, WORLD, PackageFiles, is_mask
-from drake_navbench.typed_files.input_file import MEGABYTE
+from drake_navbench.typed_files.input_file import read_head_text
 
-HEAD_BYTES = MEGABYTE
 # At most so many models are read to find one that drives, and so many worlds to find one that is
 # readable; otherwise the first by name is taken.
 MAX_TRIED = 12
@@ -86,20 +85,12 @@ def find_package_files(roots: Sequence[Path]) -> PackageFiles:
     return PackageFiles(tuple(roots), found, launches, lacking_picture)
 
 
-def _head(file: Path) -> str:
-    try:
-        with file.open(encoding="utf-8", errors="replace") as opened:
-            return opened.read(HEAD_BYTES)
-    except OSError:
-        return ""
-
-
 def _is_robot(file: Path) -> bool:
     if is_clearpath(file):
         return True
     if file.suffix not in (*WORLD_SUFFIXES, ".urdf", ".xacro"):
         return False
-    text = _head(file)
+    text = read_head_text(file)
     macro = robot_macro(text, file) if file.suffix == ".xacro" and "<link" in text else None
     if macro is not None and not lacking(text, macro):
         return True
@@ -121,7 +112,7 @@ def _robot_rank(file: Path, words: set[str], is_launched: bool) -> tuple[int, bo
     stem = name.partition(".")[0]
     kinds = {".sdf": 2, ".urdf": 1}
     named = stem in words or stem.removesuffix("_robot") in words or stem == "robot"
-    includes = min(_head(file).count("<xacro:include"), MAX_INCLUDES)
+    includes = min(read_head_text(file).count("<xacro:include"), MAX_INCLUDES)
     likely = 2 if _is_gazebo_world(file) else int(PARTS.search(name) is not None)
     return likely, not is_launched, not named, -includes, kinds.get(file.suffix, 0)
 
@@ -180,18 +171,18 @@ def _package_of(file: Path) -> Path:
 
 def _base_frames(nav2: Sequence[Path]) -> set[str]:
     """Returns the base frames that the likeliest Nav2 file names."""
-    return {*BASE_FRAME.findall(_head(nav2[0]))} if nav2 else set()
+    return {*BASE_FRAME.findall(read_head_text(nav2[0]))} if nav2 else set()
 
 
 def _includes(file: Path, part: Path) -> bool:
-    named = re.findall(r"<xacro:include[^>]*filename\s*=\s*[\"']([^\"']+)", _head(file))
+    named = re.findall(r"<xacro:include[^>]*filename\s*=\s*[\"']([^\"']+)", read_head_text(file))
     return any(name.rpartition("/")[2] == part.name for name in named)
 
 
 def _is_nav2(file: Path) -> bool:
     if file.suffix not in (".yaml", ".yml"):
         return False
-    text = REMARKS.sub("", _head(file))
+    text = REMARKS.sub("", read_head_text(file))
     return "ros__parameters" in text and NAV2_MARKS.search(text) is not None
 
 
@@ -213,7 +204,7 @@ def _is_map(file: Path, *, has_picture: bool = True) -> bool:
     """Tells whether a file is a map's, and its picture is there or, for False, is not."""
     if file.suffix not in (".yaml", ".yml"):
         return False
-    text = _head(file)
+    text = read_head_text(file)
     named = MAP_MARKS.search(text)
     if named is None or "resolution" not in text or "origin" not in text:
         return False
@@ -222,7 +213,7 @@ def _is_map(file: Path, *, has_picture: bool = True) -> bool:
 
 
 def _is_gazebo_world(file: Path) -> bool:
-    return is_world(file) and "<world" in _head(file)
+    return is_world(file) and "<world" in read_head_text(file)
 
 
 def readable_world(worlds: Sequence[Path], roots: Sequence[Path]) -> tuple[Path, list[str]]:

@@ -52,6 +52,14 @@ def read_head(path: Path, count: int) -> bytes:
         return b""
 
 
+def read_head_text(path: Path) -> str:
+    """Returns the first megabyte of a regular file as text; '' where `read_head` has none.
+
+    Bytes that are no UTF-8 are replaced, and lines end with a newline alone.
+    """
+    return read_head(path, MEGABYTE).decode(errors="replace").replace("\r\n", "\n")
+
+
 def _opened_at_once(path: str, flags: int) -> int:
     """Returns a descriptor; without O_NONBLOCK, opening a pipe would wait for a writer."""
     return os.open(path, flags | os.O_NONBLOCK)

@@ -6,10 +6,9 @@ import re
 from pathlib import Path
 
 from drake_navbench.inputs.descriptions.ros_packages import Packages
-from drake_navbench.typed_files.input_file import MEGABYTE
+from drake_navbench.typed_files.input_file import read_head_text
 
-LAUNCH_FILE = re.compile(r"launch.*\.(?:py|xml|launch)$|\.launch$")
-HEAD_BYTES = MEGABYTE
+LAUNCH_FILE = re.compile(r"launch.*\.(?:py|xml|launch|ya?ml)$|\.launch$")
 # Words alone: an expression of a launch file is no value.
 VALUE = r"([\w.+-]+)"
 # How launch files give a value: to xacro, as the default of their own argument in Python and XML,
@@ -29,18 +28,10 @@ def launched_value(name: str, file: Path, packages: Packages) -> tuple[str, Path
     """
     forms = [re.compile(form.format(name=re.escape(name), value=VALUE)) for form in FORMS]
     for launch in packages.files(LAUNCH_FILE):
-        text = _head(launch)
+        text = read_head_text(launch)
         if file.name not in text:
             continue
         found = next((said for form in forms if (said := form.search(text))), None)
         if found is not None:
             return found[1], launch
     return None
-
-
-def _head(file: Path) -> str:
-    try:
-        with file.open(encoding="utf-8", errors="replace") as opened:
-            return opened.read(HEAD_BYTES)
-    except OSError:
-        return ""
