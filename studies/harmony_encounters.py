@@ -94,7 +94,9 @@ def met(bearing_rad: float, log: TrialLog) -> Met:
     """Returns the encounter that a log holds."""
     samples = log.samples
     last = samples.iloc[-1]
-    before = samples[samples["time_s"] <= last["time_s"] - BEFORE_S].iloc[-1]
+    # Who touches it sooner meets a robot that has hardly started.
+    since_s = max(last["time_s"] - BEFORE_S, samples["time_s"].iloc[0])
+    before = samples[samples["time_s"] <= since_s].iloc[-1]
     v_mps, w_radps = float(last["v_mps"]), float(last["w_radps"])
     return Met(bearing_rad, v_mps, w_radps, float(before["v_mps"]), log.outcome.value)
 
