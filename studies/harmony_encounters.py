@@ -2,7 +2,12 @@
 
 `python studies/harmony_encounters.py --seed N --count M` drives M encounters for each walking speed
 and prints how many end in a touch, in how many of these the robot is at rest, and how many of them
-found it driving before (docs/harmony.md).
+found it driving before (docs/harmony.md). --map nav2 leaves the costmaps as Nav2's defaults have
+them, in which cells that somebody has left stay where no beam has a hit behind them.
+
+What is asked was written down before it was driven: seed 30, 500 encounters for each speed, of
+which at least 90% at 1.0 m/s and 80% at 1.4 m/s end at rest where they touch; and with Nav2's map
+seed 31, 64 for each speed, by the same shares. The one-sided 95% limits tell how sure that is.
 """
 
 from __future__ import annotations
@@ -14,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from harmony_judgement import OURS
 from harmony_living import CLEARED, OPTION
+from scipy import stats
 
 from drake_navbench import run_trial
 from drake_navbench.inputs.scenario import Scenario
@@ -24,6 +30,7 @@ WALKING_MPS = (1.0, 1.4)
 SPEED_MPS, START_LOSS_M = 0.5, 0.35
 # A person starts at rest and loses this time while speeding up; walks on for so long, s.
 STEP_OFF_S, WALKS_ON_S = 0.5, 6.0
+MAPS = {"clearing": CLEARED, "nav2": {}}
 # At rest, m/s and rad/s; under way, m/s, so long before the touch, s.
 REST_MPS, REST_RADPS = 0.02, 0.05
 DRIVES_MPS, BEFORE_S = 0.3, 1.5
@@ -80,7 +87,6 @@ def encounter(seed: int, number: int, count: int, walking_mps: float) -> tuple[f
         plan={"type": "polyline", "points": [[0.0, 0.0], [9.0, 0.0]]},
         goal=(9.0, 0.0, 0.0),
         timeout_s=meet_s + WALKS_ON_S,
-        robot_overrides=CLEARED,
     )
 
 
@@ -88,9 +94,27 @@ def met(bearing_rad: float, log: TrialLog) -> Met:
     """Returns the encounter that a log holds."""
     samples = log.samples
     last = samples.iloc[-1]
-    before = samples[samples["time_s"] <= last["time_s"] - BEFORE_S].iloc[-1]
+    # Who touches it sooner meets a robot that has hardly started.
+    since_s = max(last["time_s"] - BEFORE_S, samples["time_s"].iloc[0])
+    before = samples[samples["time_s"] <= since_s].iloc[-1]
     v_mps, w_radps = float(last["v_mps"]), float(last["w_radps"])
     return Met(bearing_rad, v_mps, w_radps, float(before["v_mps"]), log.outcome.value)
+
+
+def summary(found: list[Met]) -> str:
+    """Returns what encounters came to, in one sentence."""
+    touched = [one for one in found if one.touches]
+    at_rest = sum(one.is_at_rest for one in touched)
+    if not touched:
+        return f"none of {len(found)} touch"
+    least = stats.binomtest(at_rest, len(touched), alternative="greater").proportion_ci().low
+    fastest_mps = max(abs(one.v_mps) for one in touched)
+    drove = sum(one.before_mps > DRIVES_MPS for one in touched)
+    return (
+        f"{len(touched)} of {len(found)} touch; the robot is at rest in {at_rest} of them (more "
+        f"than {least:.1%} at 95%), and at most {fastest_mps:.2f} m/s fast in the others; it drove "
+        f"faster than {DRIVES_MPS:g} m/s {BEFORE_S:g} s before in {drove}"
+    )
 
 
 def main() -> None:
@@ -100,11 +124,13 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=32)
     parser.add_argument("--walking", type=float, nargs="+", default=WALKING_MPS, metavar="MPS")
     parser.add_argument("--controller", default=f"{OURS}:{OPTION}=true")
+    parser.add_argument("--map", choices=MAPS, default="clearing")
     arguments = parser.parse_args()
     for walking_mps in arguments.walking:
         found: list[Met] = []
         for number in range(arguments.count):
             bearing, scenario = encounter(arguments.seed, number, arguments.count, walking_mps)
+            scenario = scenario.model_copy(update={"robot_overrides": MAPS[arguments.map]})
             log = run_trial(scenario, arguments.controller, number, keeps_costmaps=False)
             if log.outcome is Outcome.ERROR:
                 # Else it would count as an encounter without a touch.
@@ -112,13 +138,7 @@ def main() -> None:
                 raise SystemExit(f"encounter {number} at {walking_mps:g} m/s failed: {reason}")
             found.append(met(bearing, log))
             print(f"{walking_mps:g} m/s, {number}: {found[-1]}", flush=True)
-        touched = [one for one in found if one.touches]
-        print(
-            f"walking {walking_mps:g} m/s: {len(touched)} of {len(found)} touch; the robot is at "
-            f"rest in {sum(one.is_at_rest for one in touched)} of them, and drove faster than "
-            f"{DRIVES_MPS:g} m/s {BEFORE_S:g} s before in "
-            f"{sum(one.before_mps > DRIVES_MPS for one in touched)}"
-        )
+        print(f"walking {walking_mps:g} m/s: {summary(found)}", flush=True)
 
 
 if __name__ == "__main__":

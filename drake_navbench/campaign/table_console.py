@@ -22,7 +22,7 @@ NOBODY_IS_BEST: Mapping[str, str] = {}
 IMPOSSIBLE = "impossible on purpose, every trial should be aborted"
 # A longer name of a controller or a metric takes several lines.
 NAME_WIDTH = 12
-NAME_WORD = re.compile(r"[^:_=/-]*[:_=/-]|[^:_=/-]+")
+NAME_WORD = re.compile(r"[^:_=/. -]*[:_=/. -]|[^:_=/. -]+")
 # How names of metrics end that have these units.
 UNIT_ENDS = {"m/s": "mps", "m/s^2": "mps2", "m/s^3": "mps3", "rad/s": "radps"}
 # No table is wider than this.
@@ -81,7 +81,7 @@ def print_table(
 
 
 def name_lines(name: str) -> str:
-    """Returns a name on lines of at most NAME_WIDTH letters, broken behind : _ = / and -.
+    """Returns a name on lines of at most NAME_WIDTH letters, broken behind : _ = / . - and blanks.
 
     A word that is longer than a line is broken within.
     """
@@ -91,7 +91,7 @@ def name_lines(name: str) -> str:
             lines.append("")
         line = lines.pop() + word
         lines += [line[at : at + NAME_WIDTH] for at in range(0, len(line), NAME_WIDTH)]
-    return "\n".join(lines)
+    return "\n".join(line.rstrip() for line in lines)
 
 
 def fits(console: Console, table: Table) -> bool:

@@ -5,6 +5,7 @@ Source: nav2_velocity_smoother, branch lyrical.
 
 from __future__ import annotations
 
+import math
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -53,6 +54,14 @@ class VelocitySmootherParameters(FrozenModel):
     velocity_timeout: Duration = Field(
         1.0, ge=0.0, description="Age of the last command above which the robot is stopped [s]."
     )
+
+    @property
+    def period_s(self) -> float:
+        """Time between two smoothed commands, s: Nav2's timer counts whole milliseconds.
+
+        At 30 Hz it is 33 ms, while the steps of the velocity are those of 1/30 s.
+        """
+        return math.floor(1000.0 / self.smoothing_frequency) / 1000.0
 
     @model_validator(mode="after")
     def _check(self) -> VelocitySmootherParameters:

@@ -223,7 +223,7 @@ def add_command_chain(
         )
         connect_inputs(builder, smoother, command=command, estimate=signals.estimate)
         command = smoother.GetOutputPort("smoothed_command")
-        period_s = 1.0 / navigation.velocity_smoother.smoothing_frequency
+        period_s = navigation.velocity_smoother.period_s
     if navigation.collision_monitor is not None:
         monitor = builder.AddNamedSystem(
             "collision_monitor",
@@ -252,7 +252,7 @@ def command_clock(robot: Robot) -> tuple[float, float]:
     period_s = 1.0 / navigation.controller_server.controller_frequency
     offset_s = CONTROLLER_OFFSET_S
     if navigation.velocity_smoother is not None:
-        period_s = 1.0 / navigation.velocity_smoother.smoothing_frequency
+        period_s = navigation.velocity_smoother.period_s
         offset_s = SMOOTHER_OFFSET_S
     if navigation.collision_monitor is not None:
         offset_s = MONITOR_OFFSET_S

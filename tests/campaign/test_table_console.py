@@ -123,6 +123,7 @@ def test_in_a_pipe_the_width_is_that_of_columns_where_it_is_given(columns, width
         ("mppi_nav2_ackermann", ["mppi_nav2_", "ackermann"]),
         ("abcdefghijklmnop", ["abcdefghijkl", "mnop"]),
         ("a:abcdefghijklmnop", ["a:", "abcdefghijkl", "mnop"]),
+        ("s at rpp.lookahead_dist=0.6", ["s at rpp.", "lookahead_", "dist=0.6"]),
     ],
 )
 def test_a_long_name_is_broken_between_its_words(name, lines):

@@ -125,3 +125,10 @@ def test_a_mirrored_command_gives_the_mirrored_output(v, w, last_v, last_w, scal
 def test_parameters_that_make_no_sense_are_refused_by_name(name, value):
     with pytest.raises(ValidationError, match=name):
         VelocitySmootherParameters(**{name: value})
+
+
+@pytest.mark.parametrize(
+    ("frequency_hz", "period_s"), [(20.0, 0.05), (30.0, 0.033), (60.0, 0.016), (700.0, 0.001)]
+)
+def test_the_timer_counts_whole_milliseconds(frequency_hz, period_s):
+    assert VelocitySmootherParameters(smoothing_frequency=frequency_hz).period_s == period_s

@@ -86,7 +86,7 @@ def _without(read: ReadFiles, lines: Sequence[str], is_controller: bool) -> Read
         for number, section in enumerate(sections):
             if not section.is_for(f"/{found['node']}"):
                 continue
-            if is_controller:
+            if is_controller or _lacks(section, name, field):
                 own = name.partition(".")[0]
                 parameters = _unlisted(section, PLUGINS, {own}, [own])
             elif critic is not None:
@@ -99,6 +99,15 @@ def _without(read: ReadFiles, lines: Sequence[str], is_controller: bool) -> Read
         a.parameters != b.parameters for a, b in zip(sections, read.sections, strict=True)
     )
     return read._replace(sections=tuple(sections)) if is_less else None
+
+
+def _lacks(section: Section, controller: str, field: str) -> bool:
+    """Tells whether a controller that is listed has no such field: it is left out as a whole."""
+    listed = section.parameters.get(PLUGINS)
+    is_listed = listed is not None and isinstance(listed.value, list) and controller in listed.value
+    place = f"{controller}.{field}"
+    given = any(name == place or name.startswith(f"{place}.") for name in section.parameters)
+    return bool(field) and is_listed and not given
 
 
 def _refused(whole: ReadFiles, read: ReadFiles) -> dict[str, Any]:

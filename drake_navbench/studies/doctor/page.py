@@ -13,7 +13,7 @@ from drake_navbench.studies.doctor.change import Judged
 from drake_navbench.studies.doctor.driving import Driver
 from drake_navbench.studies.doctor.files import Patient, told_files
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
-from drake_navbench.studies.doctor.told import NO_FINDING, without_repeated_cures
+from drake_navbench.studies.doctor.told import told_no_findings, without_repeated_cures
 from drake_navbench.studies.doctor.tried import Tried
 from drake_navbench.studies.doctor.visit import Visit
 from drake_navbench.studies.doctor.words import assumed, change_told, evidence, verdict
@@ -207,7 +207,7 @@ def _link(name: str, replays: Set[str]) -> str:
 
 def _findings(visit: Visit) -> list[str]:
     if not visit.findings:
-        return [f"<h2>What the rules find</h2><p>{NO_FINDING}</p>"]
+        return [f"<h2>What the rules find</h2><p>{told_no_findings(visit.facts)}</p>"]
     rows = [
         f"<tr><td>{escape(f.seen)}<br><small>{escape(f.rule.name)}. Source: "
         f"{escape(f.rule.source)}</small></td><td>{escape(f.cure_told)}</td></tr>"

@@ -23,7 +23,16 @@ INDENT = "    "
 MOST_SYMPTOMS = 2
 # Suspects that are named where a symptom is told.
 MOST_SUSPECTS = 5
-NO_FINDING = "No findings: none of the doctor's rules sees a fault in this file."
+
+
+def told_no_findings(facts: Facts) -> str:
+    """Returns the line on a file in which no rule finds anything, but for what was left out."""
+    if facts.left_out:
+        return (
+            "No findings but what was left out: none of the doctor's rules sees a fault in the "
+            "rest of this file."
+        )
+    return "No findings: none of the doctor's rules sees a fault in this file."
 
 
 def wrapped(text: str, first: str = "", rest: str = INDENT) -> list[str]:
@@ -66,7 +75,8 @@ def told_of_reading(
     lines += [part for line in facts.left_out for part in wrapped(f"Left out: {line}", rest="  ")]
     if symptom is None:
         findings = without_repeated_cures(findings)
-    lines += ["", f"Findings ({len(findings)})" if findings else NO_FINDING]
+    lines.append("")
+    lines += [f"Findings ({len(findings)})"] if findings else wrapped(told_no_findings(facts))
     for finding in findings:
         lines += _finding_lines(finding, facts)
     if symptom is not None:

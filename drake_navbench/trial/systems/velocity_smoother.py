@@ -33,7 +33,7 @@ class VelocitySmootherSystem(LeafSystem):
         self._output = self.DeclareDiscreteState(COMMAND_SIZE)
         self.DeclareStateOutputPort("smoothed_command", self._output)
         self.DeclarePeriodicUnrestrictedUpdateEvent(
-            1.0 / parameters.smoothing_frequency, offset_s, weakly_bound(self._on_period)
+            parameters.period_s, offset_s, weakly_bound(self._on_period)
         )
 
     def _on_period(self, context: Context, state: State) -> None:

@@ -91,6 +91,16 @@ def test_of_a_file_without_controllers_the_rest_is_read(tmp_path, capsys):
     assert "no controller_server with controller_plugins" in capsys.readouterr().err
 
 
+def test_a_controller_that_lacks_what_it_needs_is_left_out_once(tmp_path, capsys):
+    path = tmp_path / "nav2.yaml"
+    path.write_text(nav2_text({"sim_time": 1.7}, plugin=DWB))
+    assert main([str(path), "--read-only"]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert told.count("Left out:") == 1
+    assert "FollowPath: critics: missing, but required" in told
+    assert "No findings but what was left out" in told
+
+
 def test_a_drive_needs_the_whole_file(tmp_path, capsys):
     path = tmp_path / "nav2.yaml"
     path.write_text(nav2_text(RPP_BLOCK, plugin="mine::Controller", **LOW))

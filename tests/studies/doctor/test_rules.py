@@ -36,7 +36,7 @@ def test_there_are_at_least_60_rules_each_with_its_own_name_and_a_source():
 def test_nothing_switches_off_a_check_of_collisions():
     """A robot that checks nothing stops nowhere: that would cure every stop."""
     checks = ("use_collision_detection", "consider_footprint", "include_costmap_obstacles")
-    ruled = [cause for rule in RULES if rule.name != FOR_ROUND for cause in rule.cures]
+    ruled = [cause for rule in RULES if not rule.name.startswith(FOR_ROUND) for cause in rule.cures]
     for cause in [*(suspect.cause for suspect in all_suspects()), *ruled]:
         assert not (cause.place.endswith(checks) and cause.to is False), cause
 
@@ -432,3 +432,22 @@ def test_the_planner_inflates_around_the_global_costmaps_own_radius(facts, radiu
     round_robot = text.replace("rolling_window: true", "robot_radius: 0.25")
     told = {f.rule.name for f in findings_of(facts(round_robot))}
     assert ("plans-inflate-little" in told) is is_told
+
+
+@pytest.mark.parametrize(
+    ("release", "told"),
+    [("humble", "humble from 1.1.19 on"), ("jazzy", "jazzy from 1.3.6 on"), ("kilted", "kilted")],
+)
+def test_a_footprint_to_check_where_there_is_a_radius_names_who_does_not_start(
+    facts, release, told
+):
+    block = MPPI_BLOCK | {
+        "critics": ["ObstaclesCritic", "GoalCritic"],
+        "ObstaclesCritic": {"consider_footprint": True},
+        "CostCritic": {"consider_footprint": True},
+    }
+    round_robot = {"footprint": "[]", "robot_radius": 0.3}
+    seen = fired(facts(nav2_text(block, plugin=MPPI, local_costmap=round_robot), release))
+    assert seen[f"{FOR_ROUND}-ObstaclesCritic"].endswith(f"Nav2 {told} does not start")
+    # It is not among the critics, so nothing reads its parameters.
+    assert f"{FOR_ROUND}-CostCritic" not in seen

@@ -10,6 +10,12 @@ from drake_navbench.studies.doctor.rules.rule import SURE, Rule, down, put, up
 from drake_navbench.studies.doctor.symptoms import Symptom
 
 S = Symptom
+# The versions that refuse to check a footprint that is none, where not a whole release does.
+REFUSES_FOOTPRINT = {
+    Release.HUMBLE: "humble from 1.1.19 on",
+    Release.IRON: "from jazzy's 1.3.6 on",
+    Release.JAZZY: "jazzy from 1.3.6 on",
+}
 
 
 def _looks_where_it_costs(f: Facts) -> bool:
@@ -32,6 +38,27 @@ def _told_no_critics(f: Facts) -> str:
     return (
         f"{f.plugin}.critics is not given: MPPI scores no trajectory, so nothing draws the robot "
         f"along its path or keeps it from obstacles{where}"
+    )
+
+
+def _footprint_for_a_radius(critic: str) -> Rule:
+    """Returns the rule about a critic that is to check a footprint where there is a radius only."""
+    return Rule(
+        f"mppi-footprint-for-a-radius-{critic}",
+        lambda f: (
+            f.robot is not None
+            and f.robot.is_circle
+            and has_critic(f, critic)
+            and f.controller(f"{critic}.consider_footprint") is True
+        ),
+        lambda f: (
+            f"{critic}.consider_footprint is on, but the costmap has a robot_radius and no "
+            f"footprint: Nav2 {REFUSES_FOOTPRINT.get(f.release, f.release)} does not start"
+        ),
+        {S.NO_START: 0.9, S.LATE_CYCLES: 0.3},
+        (put(f"{critic}.consider_footprint", False), put("local_costmap.footprint")),
+        f"{CODE}/src/critics: cost_critic.cpp, obstacles_critic.cpp",
+        MPPI,
     )
 
 
@@ -242,20 +269,5 @@ RULES = (
         PAGE,
         MPPI,
     ),
-    Rule(
-        "mppi-footprint-for-a-radius",
-        lambda f: (
-            f.robot is not None
-            and f.robot.is_circle
-            and f.controller("CostCritic.consider_footprint") is True
-        ),
-        lambda f: (
-            "CostCritic.consider_footprint is on, but the costmap has a robot_radius and no "
-            "footprint: newer releases of Nav2 refuse to start"
-        ),
-        {S.NO_START: 0.9, S.LATE_CYCLES: 0.3},
-        (put("CostCritic.consider_footprint", False), put("local_costmap.footprint")),
-        f"{CODE}/src/critics/cost_critic.cpp",
-        MPPI,
-    ),
+    *map(_footprint_for_a_radius, ("CostCritic", "ObstaclesCritic")),
 )
