@@ -71,7 +71,7 @@ def metrics_table(trials: pd.DataFrame, scenario: str, names: Sequence[str]) -> 
 
     A cell is the mean over the controller's trials that have a value; for metrics that mean
     something only for trials that arrived, over those. `touch_rate` is the share of trials that
-    ended in contact. The last rows count the outcomes.
+    ended at a touch. The last rows count the outcomes.
     """
     own = trials[trials["scenario"] == scenario]
     units = {entry.name: entry.unit for entry in all_metrics()} | {TOUCH_RATE: "%"}

@@ -9,6 +9,7 @@ makes no figure newer. Comments, docstrings and sentences in Python files do not
 
 from __future__ import annotations
 
+import argparse
 import ast
 import re
 import subprocess
@@ -133,6 +134,7 @@ def _git(repository: Path, *arguments: str) -> str:
 
 def main() -> int:
     """Prints a line a figure; returns the exit status, 1 where a figure is older than its code."""
+    argparse.ArgumentParser(description=__doc__).parse_args()
     is_any_older = False
     for figure in figures():
         changed = changed_since(figure)
