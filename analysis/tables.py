@@ -34,7 +34,10 @@ PRINTED = (
 
 
 def published_rows(scenario: str) -> list[tuple[str, str]]:
-    """Returns (metric, unit) in the publication's order: a published scenario's own, else all."""
+    """Returns (metric, unit) of the rows that the publication prints, in its order.
+
+    For a published scenario the rows of its own table, for any other all published metrics.
+    """
     units = {entry.name: entry.unit for entry in PUBLISHED_METRICS} | {STD_HEADING_ERROR: "deg"}
     table = published_table()
     printed = list(table.loc[table["scenario"] == scenario, "metric"])

@@ -111,7 +111,7 @@ def run_from_command_line(
 
 
 def _begun(folder: ResultsFolder) -> tuple[Request, Campaign]:
-    """Returns what an unfinished run was asked for; raises InputError where inputs have changed."""
+    """Returns an unfinished run's request and campaign; raises InputError for changed inputs."""
     begun = validate(Begun, folder.read_manifest(), str(folder.manifest_path))
     campaign = begun.request.campaign()
     require_same_inputs(folder, campaign, begun)
