@@ -2,9 +2,9 @@
 
 studies/figures.yaml names for each page the command that makes its figures and the code that they
 speak of. A figure is older where this code differs from the code at the commit at which it was
-made: the last one that changed its pictures or, without pictures, a number in its section of the
-page; or `again`, at which its command gave the same figures once more. So another wording of a page
-makes no figure newer. Comments, docstrings and sentences in Python files do not count.
+made: the last one that changed its pictures or, without pictures, brought a number into its section
+of the page; or `again`, at which its command gave the same figures once more. So another wording of
+a page, or a shorter one, makes no figure newer. Comments, docstrings and sentences in Python files do not count.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def made_at(figure: Figure, repository: Path = REPOSITORY) -> str:
     made = commits[0]
     numbers = numbers_of(_text(repository, "HEAD", figure.page), figure.section)
     for commit in commits:
-        if numbers_of(_text(repository, commit, figure.page), figure.section) != numbers:
+        if not numbers <= numbers_of(_text(repository, commit, figure.page), figure.section):
             break
         made = commit
     return made
