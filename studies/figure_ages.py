@@ -4,7 +4,8 @@ studies/figures.yaml names for each page the command that makes its figures and 
 speak of. A figure is older where this code differs from the code at the commit at which it was
 made: the last one that changed its pictures or, without pictures, brought a number into its section
 of the page; or `again`, at which its command gave the same figures once more. So another wording of
-a page, or a shorter one, makes no figure newer. Comments, docstrings and sentences in Python files do not count.
+a page, or a shorter one, makes no figure newer. Comments, docstrings and sentences in Python files
+do not count.
 """
 
 from __future__ import annotations
