@@ -240,7 +240,9 @@ def _checked(listed: Sequence[str]) -> tuple[str, ...]:
         if name not in known:
             raise InputError(f"metric {name!r} is unknown{nearest_name_hint(name, known)}")
         if known[name] is Better.NEITHER:
-            raise InputError(f"metric {name!r} has no good direction; it cannot get worse")
+            raise InputError(
+                f"metric {name!r}: neither higher nor lower is better; it cannot get worse"
+            )
     return tuple(dict.fromkeys([*outcomes, *listed])) if listed else ()
 
 

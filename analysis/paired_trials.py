@@ -57,7 +57,7 @@ class PairedCell(NamedTuple):
 
     @property
     def touched(self) -> Mask:
-        """(pairs, 2): which trials ended in contact."""
+        """(pairs, 2): which trials ended at a touch."""
         return self.outcomes == Outcome.COLLIDED
 
     @property

@@ -51,7 +51,10 @@ class RankChange(NamedTuple):
 
     @property
     def is_shown(self) -> bool:
-        """Whether the change is shown: ranks in single seeds move as the rank over all does."""
+        """Whether the change is shown: its p-value is small enough, and the ranks by seed agree.
+
+        They agree if the sum of their changes has the sign of the change over all seeds.
+        """
         is_same_way = (self.harsh.rank - self.clean.rank) * self.by_seed.sum() > 0.0
         return is_same_way and self.p_value < 1.0 - CONFIDENCE
 

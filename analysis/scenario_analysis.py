@@ -93,7 +93,7 @@ class Success(NamedTuple):
     """The number of a controller's trials that reached the goal; Wilson's interval of the share.
 
     is_one_trial: whether all its trials are equal, so that the interval means nothing. touched: the
-    number of trials that ended at a contact.
+    number of trials that ended at a touch.
     """
 
     controller: str

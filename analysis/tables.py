@@ -34,7 +34,10 @@ PRINTED = (
 
 
 def published_rows(scenario: str) -> list[tuple[str, str]]:
-    """Returns (metric, unit) in the publication's order: a published scenario's own, else all."""
+    """Returns (metric, unit) of the rows that the publication prints, in its order.
+
+    For a published scenario the rows of its own table, for any other all published metrics.
+    """
     units = {entry.name: entry.unit for entry in PUBLISHED_METRICS} | {STD_HEADING_ERROR: "deg"}
     table = published_table()
     printed = list(table.loc[table["scenario"] == scenario, "metric"])
@@ -71,7 +74,7 @@ def metrics_table(trials: pd.DataFrame, scenario: str, names: Sequence[str]) -> 
 
     A cell is the mean over the controller's trials that have a value; for metrics that mean
     something only for trials that arrived, over those. `touch_rate` is the share of trials that
-    ended in contact. The last rows count the outcomes.
+    ended at a touch. The last rows count the outcomes.
     """
     own = trials[trials["scenario"] == scenario]
     units = {entry.name: entry.unit for entry in all_metrics()} | {TOUCH_RATE: "%"}

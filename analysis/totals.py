@@ -42,7 +42,7 @@ class Share(NamedTuple):
 class Total(NamedTuple):
     """The totals of a controller over all worlds of a suite, or of one density of it.
 
-    density: '' for all. success, collision: the shares of success and of contacts. score: the mean
+    density: '' for all. success, collision: the shares of success and of touches. score: the mean
     BARN score. scored: the share with a score above 0, which is BARN's own success. has_densities:
     whether the suite's worlds tell their density, as BARN's do.
     """

@@ -6,6 +6,7 @@ and compared with the multibody model.
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -65,6 +66,7 @@ def _with_casters(robot: str, angle_rad: float) -> Robot:
 
 def main() -> None:
     """Prints the table."""
+    argparse.ArgumentParser(description=__doc__).parse_args()
     for index, cells in enumerate(manoeuvre_rows()):
         print(f"| {' | '.join(cells)} |", flush=True)
         if index == 0:

@@ -17,8 +17,8 @@ lists of fresh cases, of other owners, are not drawn.
 
 from __future__ import annotations
 
+import argparse
 import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -81,16 +81,23 @@ def _clone_of(repository: str, clones: Path) -> Path:
     return bare if bare.exists() else clone
 
 
-def main(arguments: list[str]) -> None:
-    """Runs `draw LIST` or `files FOLDER [CLONES]`."""
-    if len(arguments) == 2 and arguments[0] == "draw":
-        draw(Path(arguments[1]))
-    elif len(arguments) in (2, 3) and arguments[0] == "files":
-        folder = Path(arguments[1])
-        fill(folder, Path(arguments[2]) if len(arguments) == 3 else folder / "clones")
+def main() -> None:
+    """Draws the halves of a list, or fetches the files of the cases."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    steps = parser.add_subparsers(dest="step", required=True)
+    step = steps.add_parser("draw", help="split a list of cases into two halves")
+    step.add_argument("list", type=Path)
+    step = steps.add_parser("files", help="fetch the Nav2 files of all cases from git")
+    step.add_argument("folder", type=Path, help="folder to write the files into")
+    step.add_argument("clones", type=Path, nargs="?", help="folder of clones (FOLDER/clones)")
+    arguments = parser.parse_args()
+    if arguments.step == "draw":
+        draw(arguments.list)
     else:
-        sys.exit("usage: doctor_cases.py draw LIST | files FOLDER [CLONES]")
+        fill(arguments.folder, arguments.clones or arguments.folder / "clones")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

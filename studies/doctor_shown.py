@@ -25,8 +25,8 @@ Written before a case was driven:
 
 from __future__ import annotations
 
+import argparse
 import json
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -139,15 +139,22 @@ def table() -> None:
         print(f"| {key} | {what} | {entry['shown']} | {share} | {count} of {len(others)} |")
 
 
-def main(arguments: list[str]) -> None:
-    """Runs `look FILES DIR` or `table`."""
-    if len(arguments) == 3 and arguments[0] == "look":
-        look(Path(arguments[1]), Path(arguments[2]))
-    elif arguments == ["table"]:
-        table()
+def main() -> None:
+    """Runs a step of the study."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    steps = parser.add_subparsers(dest="step", required=True)
+    step = steps.add_parser("look", help="look at the next cases; goes on where it stopped")
+    step.add_argument("files", type=Path, help="folder of the cases' files")
+    step.add_argument("folder", type=Path, help="folder of the drives")
+    steps.add_parser("table", help="print the answers so far as a table")
+    arguments = parser.parse_args()
+    if arguments.step == "look":
+        look(arguments.files, arguments.folder)
     else:
-        sys.exit("usage: doctor_shown.py look FILES DIR | table")
+        table()
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

@@ -52,10 +52,10 @@ Written before a case was driven:
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import signal
-import sys
 import time
 from collections.abc import Collection, Sequence
 from pathlib import Path
@@ -283,15 +283,22 @@ def table() -> None:
         print(f"| {' | '.join(cells)} |")
 
 
-def main(arguments: list[str]) -> None:
-    """Runs `drive FILES DIR` or `table`."""
-    if len(arguments) == 3 and arguments[0] == "drive":
-        drive(Path(arguments[1]), Path(arguments[2]))
-    elif arguments == ["table"]:
-        table()
+def main() -> None:
+    """Runs a step of the study."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    steps = parser.add_subparsers(dest="step", required=True)
+    step = steps.add_parser("drive", help="visit the next cases; goes on where it stopped")
+    step.add_argument("files", type=Path, help="folder of the cases' files")
+    step.add_argument("folder", type=Path, help="folder of the drives")
+    steps.add_parser("table", help="print the answers so far as a table")
+    arguments = parser.parse_args()
+    if arguments.step == "drive":
+        drive(arguments.files, arguments.folder)
     else:
-        sys.exit("usage: doctor_visits.py drive FILES DIR | table")
+        table()
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

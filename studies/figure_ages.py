@@ -2,13 +2,15 @@
 
 studies/figures.yaml names for each page the command that makes its figures and the code that they
 speak of. A figure is older where this code differs from the code at the commit at which it was
-made: the last one that changed its pictures or, without pictures, a number in its section of the
-page; or `again`, at which its command gave the same figures once more. So another wording of a page
-makes no figure newer. Comments, docstrings and sentences in Python files do not count.
+made: the last one that changed its pictures or, without pictures, brought a number into its section
+of the page; or `again`, at which its command gave the same figures once more. So another wording of
+a page, or a shorter one, makes no figure newer. Comments, docstrings and sentences in Python files
+do not count.
 """
 
 from __future__ import annotations
 
+import argparse
 import ast
 import re
 import subprocess
@@ -79,7 +81,7 @@ def made_at(figure: Figure, repository: Path = REPOSITORY) -> str:
     made = commits[0]
     numbers = numbers_of(_text(repository, "HEAD", figure.page), figure.section)
     for commit in commits:
-        if numbers_of(_text(repository, commit, figure.page), figure.section) != numbers:
+        if not numbers <= numbers_of(_text(repository, commit, figure.page), figure.section):
             break
         made = commit
     return made
@@ -133,6 +135,7 @@ def _git(repository: Path, *arguments: str) -> str:
 
 def main() -> int:
     """Prints a line a figure; returns the exit status, 1 where a figure is older than its code."""
+    argparse.ArgumentParser(description=__doc__).parse_args()
     is_any_older = False
     for figure in figures():
         changed = changed_since(figure)

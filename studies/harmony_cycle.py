@@ -1,7 +1,12 @@
-"""The picture of one cycle in harmony.md: `python studies/harmony_cycle.py`."""
+"""The picture of one cycle in harmony.md.
+
+`python studies/harmony_cycle.py` writes docs/images/harmony_cycle.svg. No trial is driven: harmony
+is asked for one decision in front of two boxes.
+"""
 
 from __future__ import annotations
 
+import argparse
 from pathlib import Path
 
 import numpy as np
@@ -55,6 +60,7 @@ def observation() -> Observation:
 
 def main() -> None:
     """Asks harmony for one decision and draws what it had in mind."""
+    argparse.ArgumentParser(description=__doc__).parse_args()
     preset = load_preset("harmony")
     setup = controller_setup(load_robot(DEFAULT_ROBOT), wants_diagnostics=True)
     controller = preset.controller_class(preset.parameters, setup)

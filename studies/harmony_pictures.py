@@ -1,11 +1,13 @@
-"""The picture of bends in harmony.md: `python studies/harmony_pictures.py`.
+"""The picture of bends in harmony.md.
 
+`python studies/harmony_pictures.py` drives nine trials and writes docs/images/harmony_bends.svg.
 The first three try-out worlds of S-curves, and in each the bend in which harmony gets farthest from
 the plan.
 """
 
 from __future__ import annotations
 
+import argparse
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -70,8 +72,9 @@ def _show(axes: Axes, middle: Array, size_m: Array) -> None:
     axes.set_ylabel("y [m]" if axes.get_subplotspec().is_first_col() else "")
 
 
-def picture_bends() -> None:
+def main() -> None:
     """Drives the bends and writes their picture."""
+    argparse.ArgumentParser(description=__doc__).parse_args()
     size_in = (PANEL_IN, PANEL_IN * BEND_M[1] / BEND_M[0])
     figure, panels = style.new_figure(2, 3, axes_size_in=size_in, margins=MARGINS)
     for place, number in enumerate(WORLDS):
@@ -82,4 +85,4 @@ def picture_bends() -> None:
 
 if __name__ == "__main__":
     with style.figure_style():
-        picture_bends()
+        main()

@@ -1,11 +1,13 @@
-"""Models of people in crowds compared: `python studies/people_models.py` writes people_models.md.
+"""Models of people in crowds compared: `python studies/people_models.py` makes a page.
 
-A corridor that closes on itself, people of Weidmann's free speeds in it: how fast they are at which
-density, and whether lanes form where half of them come the other way.
+It writes docs/people_models.md and docs/images/people_models.svg. A corridor that closes on itself,
+people of Weidmann's free speeds in it: how fast they are at which density, and whether lanes form
+where half of them come the other way.
 """
 
 from __future__ import annotations
 
+import argparse
 import math
 from pathlib import Path
 from typing import NamedTuple
@@ -185,6 +187,7 @@ def _columns() -> list[tuple[str, float, str]]:
 
 def main() -> None:
     """Drives all of it and writes page and figure."""
+    argparse.ArgumentParser(description=__doc__).parse_args()
     columns = _columns()
     titles = " | ".join(title for *_, title in columns)
     lines = [HEADER, f"| persons/m2 | Weidmann | {titles} |", "|---:" * (len(columns) + 2) + "|"]

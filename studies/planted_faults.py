@@ -22,9 +22,9 @@ What is driven, and its score's rules, is in `planted_faults_driven.py`.
 
 from __future__ import annotations
 
+import argparse
 import copy
 import math
-import sys
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -322,18 +322,21 @@ def drawn() -> list[Fault]:
     return [Fault(**entry) for entry in yaml.safe_load(DRAWN.read_text(encoding="utf-8"))]
 
 
-def main(argv: list[str]) -> None:
+def main() -> None:
     """Runs a step of the study."""
-    step = argv[0] if argv else ""
-    if step == "draw":
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    steps = parser.add_subparsers(dest="step", required=True)
+    steps.add_parser("draw", help=f"draw the faults into {DRAWN.name}")
+    steps.add_parser("read", help="print the doctor's first look at each fault; drives nothing")
+    if parser.parse_args().step == "draw":
         entries = [fault._asdict() for fault in draw()]
         DRAWN.write_text(yaml.safe_dump(entries, sort_keys=False), encoding="utf-8")
-    elif step == "read":
+    else:
         for row in read_score(drawn()):
             print(row)
-    else:
-        sys.exit("expected draw or read")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

@@ -1,6 +1,6 @@
 """Planted faults, driven: does the doctor's experiment find the spoilt parameter and its cure?
 
-    python studies/planted_faults_driven.py census DIR    which faults the probes show at all
+    python studies/planted_faults_driven.py census DIR N  which of the first N faults show
     python studies/planted_faults_driven.py visit DIR     whole visits of the harmful ones
     python studies/planted_faults_page.py                 docs/doctor_planted_faults.md
 
@@ -30,8 +30,8 @@ their sound file, so they are less apart than the intervals suppose.
 
 from __future__ import annotations
 
+import argparse
 import json
-import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from operator import itemgetter
 from pathlib import Path
@@ -269,16 +269,23 @@ def score_of(rows: Sequence[Mapping[str, Any]], key: str) -> tuple[int, int]:
     return sum(bool(COUNTED.get(key, itemgetter(key))(row)) for row in known), len(known)
 
 
-def main(argv: list[str]) -> None:
+def main() -> None:
     """Runs a step of the study."""
-    step = argv[0] if argv else ""
-    if step == "census" and len(argv) == 3:
-        census(drawn(), Path(argv[1]), int(argv[2]))
-    elif step == "visit" and len(argv) == 2:
-        visit_all(drawn(), Path(argv[1]))
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    steps = parser.add_subparsers(dest="step", required=True)
+    step = steps.add_parser("census", help="drive the probes with each fault")
+    step.add_argument("folder", type=Path, help="folder of the drives")
+    step.add_argument("number", type=int, help="number of faults to drive, in their order")
+    step = steps.add_parser("visit", help="visit the faults that do harm; goes on where it stopped")
+    step.add_argument("folder", type=Path, help="folder of the drives")
+    arguments = parser.parse_args()
+    if arguments.step == "census":
+        census(drawn(), arguments.folder, arguments.number)
     else:
-        sys.exit("expected census FOLDER NUMBER or visit FOLDER")
+        visit_all(drawn(), arguments.folder)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

@@ -1,10 +1,11 @@
 """The page of the planted faults: what was read, and what was driven.
 
-python studies/planted_faults_page.py     docs/doctor_planted_faults.md
+`python studies/planted_faults_page.py` writes docs/doctor_planted_faults.md; it drives nothing.
 """
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Iterator
 
 from harmful_faults_page import harmful_lines
@@ -53,5 +54,11 @@ def page_lines() -> Iterator[str]:
     yield ""
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Writes the page."""
+    argparse.ArgumentParser(description=__doc__).parse_args()
     PAGE.write_text("\n".join(page_lines()), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -6,6 +6,7 @@ map, twice as fast as they drove, and starts again when the last one has ended.
 
 from __future__ import annotations
 
+import argparse
 from pathlib import Path
 from xml.sax.saxutils import escape
 
@@ -128,6 +129,7 @@ def _pairs(points: Array) -> str:
 
 def main() -> None:
     """Drives the trials and writes the picture."""
+    argparse.ArgumentParser(description=__doc__).parse_args()
     PICTURE.write_text(picture(drive()), encoding="utf-8")
 
 

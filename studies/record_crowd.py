@@ -8,6 +8,7 @@ camera would see those in a part of it, at the 2.5 Hz of the ETH and UCY recordi
 
 from __future__ import annotations
 
+import argparse
 from pathlib import Path
 
 import numpy as np
@@ -61,6 +62,7 @@ def crowd() -> WalkingPeople:
 
 def main() -> None:
     """Makes people walk and writes who is seen when."""
+    argparse.ArgumentParser(description=__doc__).parse_args()
     people = crowd()
     world = load_scenario(SCENARIO).known_world
     now, traits, goals = people.crowd(SEED)

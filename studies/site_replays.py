@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import argparse
 from pathlib import Path
 
 from gallery import IN_EVERY_SCENARIO, drive
@@ -17,6 +18,7 @@ SCENARIOS = ("static_obstacles", "doorway", "crossing")
 
 def main() -> None:
     """Drives the trials and writes a replay for each scenario."""
+    argparse.ArgumentParser(description=__doc__).parse_args()
     FOLDER.mkdir(parents=True, exist_ok=True)
     for scenario in SCENARIOS:
         logs = [drive(scenario, preset) for preset in IN_EVERY_SCENARIO]

@@ -7,6 +7,7 @@ already are not built again.
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import subprocess
@@ -54,6 +55,7 @@ def build_tag(tag: str) -> None:
 
 def main() -> int:
     """Builds what is missing; returns the exit status."""
+    argparse.ArgumentParser(description=__doc__).parse_args()
     if not MKDOCS.is_file():
         print("expected .venv-site; `make site-versions` makes it", file=sys.stderr)
         return 2

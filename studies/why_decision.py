@@ -1,7 +1,12 @@
-"""The picture of one cycle of DWB in why.md: `python studies/why_decision.py`."""
+"""The picture of one cycle of DWB in why.md.
+
+`python studies/why_decision.py` drives `dwb` through `doorway` up to that cycle and writes
+docs/images/why_dwb.svg.
+"""
 
 from __future__ import annotations
 
+import argparse
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +33,7 @@ ILLEGAL_COLOR, LEGAL_COLOR, CHOSEN_COLOR = "#e6a19c", "#1a8c73", "#cc1a1a"
 
 def main() -> None:
     """Drives the trial up to the cycle and draws its trajectories."""
+    argparse.ArgumentParser(description=__doc__).parse_args()
     (spec,) = plan_campaign([SCENARIO], [CONTROLLER], trials=1).specs
     cycles = []
     with built_controller(spec.preset, spec.robot, wants_diagnostics=True) as controller:

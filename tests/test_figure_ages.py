@@ -70,6 +70,15 @@ def test_other_words_or_another_section_make_no_figure_newer(ages, commit, tmp_p
     assert ages.changed_since(figure, tmp_path) == []
 
 
+def test_a_page_that_loses_numbers_makes_no_figure_newer(ages, commit, tmp_path):
+    figure = ages.Figure("page.md", "make it", (), ("code.py",))
+    commit("code.py", "speed = 1")
+    commit("page.md", "1.5 m, 2.5 m/s")
+    commit("code.py", "speed = 2")
+    commit("page.md", "1.5 m")
+    assert ages.changed_since(figure, tmp_path) == ["code.py"]
+
+
 def test_a_picture_is_as_new_as_its_file_or_as_when_it_came_out_the_same_again(
     ages, commit, tmp_path
 ):

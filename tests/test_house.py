@@ -277,3 +277,18 @@ def test_a_comment_names_its_thing(house):
     files = sorted((REPOSITORY / house).rglob("*.py"))
     assert files
     assert [str(f) for f in files if NAMELESS_COMMENT.search(f.read_text(encoding="utf-8"))] == []
+
+
+def test_scripts_of_studies_read_their_command_line():
+    scripts = [
+        path
+        for path in sorted((REPOSITORY / "studies").glob("*.py"))
+        if '__name__ == "__main__"' in path.read_text(encoding="utf-8")
+    ]
+    assert len(scripts) > 20
+    mute = [
+        path.name
+        for path in scripts
+        if not re.search(r"ArgumentParser\(\s*description=", path.read_text(encoding="utf-8"))
+    ]
+    assert mute == []

@@ -129,7 +129,7 @@ class Entry:
         return next(filter(self.can_be_shown, trials), None)
 
     def can_be_shown(self, trial: TrialName) -> bool:
-        """Whether a trial came as far as its first sample."""
+        """Whether the log of a trial has at least one sample."""
         return has_samples(self.folder.log_path(*trial))
 
 

@@ -42,7 +42,7 @@ class Standing(NamedTuple):
 
     interval: interval of the rank. success: the share of trials that arrived, with Wilson's
     interval.
-    touched: the number of trials that ended at a contact. time_s: the time to the goal of the
+    touched: the number of trials that ended at a touch. time_s: the time to the goal of the
     trials that arrived, as the mean over the scenarios.
     """
 

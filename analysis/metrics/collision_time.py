@@ -30,7 +30,7 @@ def times_to_collision(
 
     poses: (T, 3) x m, y m, yaw rad. twists: (T, 3) v m/s, w rad/s, vy m/s. footprint: (K, 2)
     corners in the base frame, m. edges: (E, 4) x0, y0, x1, y1 of the obstacles' closed outlines in
-    the world frame, m. horizon_s: later contacts may be missed: edges out of reach are not
+    the world frame, m. horizon_s: later touches may be missed: edges out of reach are not
     examined. At the start the footprint must not touch an edge.
     """
     result = np.full(len(poses), np.inf)

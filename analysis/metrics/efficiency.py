@@ -122,7 +122,7 @@ def barn_score(log: TrialLog) -> float:
     Formula: success OT / clip(AT, 2 OT, 8 OT), OT = L*/(2 m/s) with success and L* as in spl, AT
     the time from the first 0.1 m of motion to the goal. Until 2024 the lower limit was 4 OT. In a
     world of BARN's own, L* is the length of its reference path, and success and AT are those of the
-    first arrival within 1 m of the goal, before any contact; elsewhere the first plan takes the
+    first arrival within 1 m of the goal, before any touch; elsewhere the first plan takes the
     place of the reference path; the plan keeps farther off the obstacles and is up to a fifth
     longer. A robot limited to 0.5 m/s scores 0.25, plus what the tolerance, the first 0.1 m and cut
     corners save.

@@ -1,4 +1,4 @@
-"""Metrics of moving obstacles and people: clearance, time to collision, and cause of a contact."""
+"""Metrics of moving obstacles and people: clearance, time to collision, and cause of a touch."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ COLLISION_TIME_HORIZON_S = 10.0
 MAX_CLEARANCE_M = 5.0
 
 
-@metric(unit="", better="lower", title="Collisions with what stands")
+@metric(unit="", better="lower", title="Touches of what stands")
 def standing_collision_count(log: TrialLog) -> float:
     """Whether the trial ended at a standing obstacle; only in worlds where something moves.
 
@@ -37,8 +37,8 @@ def standing_collision_count(log: TrialLog) -> float:
 def ran_into_moving_count(log: TrialLog) -> float:
     """Whether the trial ended because the robot ran into something that moves.
 
-    Formula: 1 where the robot's point of contact closed the gap at least as fast as the other
-    body's, both along the line between them, else 0. HuNavSim distinguishes the two cases by
+    Formula: 1 where, of the two points that touch, the robot's closed the gap at least as fast as
+    the other body's, both along the line between them, else 0. HuNavSim tells the two cases by
     bearing and speed of the centres, which say little at a corner of a long robot.
     Source: the split of SEAN 2.0 (Tsoi et al. 2022) and HuNavSim (Perez-Higueras et al. 2023).
     """
@@ -63,7 +63,7 @@ def min_moving_clearance_m(log: TrialLog) -> float:
     """Smallest distance between the footprint and a moving obstacle or person.
 
     Formula: minimum over the trial, every 0.1 s and at its end, of the exact distance in the plane,
-    up to 5 m; 0 in a trial that ended at such a contact.
+    up to 5 m; 0 in a trial that ended at such a touch.
     """
     nearest_m = clearances_m(log).min()
     if math.isinf(nearest_m):
@@ -75,7 +75,7 @@ def min_moving_clearance_m(log: TrialLog) -> float:
 def moving_time_to_collision_min_s(log: TrialLog) -> float:
     """Shortest time until the footprint would have met something that moves, at constant twists.
 
-    Formula: minimum over the trial, every 0.1 s, of the time to contact of the outlines, the robot
+    Formula: minimum over the trial, every 0.1 s, of the time until the outlines touch, the robot
     on its circle or line, the other body with its velocity of the next 0.1 s; up to 10 s.
     Source: Hayward 1972; as a measure of social navigation Biswas et al., "SocNavBench", 2022.
     """
@@ -153,10 +153,10 @@ def _require_movers(log: TrialLog) -> Movers:
 
 
 def _contact_kind(log: TrialLog) -> str:
-    """Returns the cause of a trial's contact.
+    """Returns the cause of the touch that ended a trial.
 
-    'obstacle' for contact with a standing obstacle; else 'robot' or 'other', whichever closed the
-    gap faster; '' where there was no contact.
+    'obstacle' for a touch of a standing obstacle; else 'robot' or 'other', whichever closed the
+    gap faster; '' where the robot touched nothing.
     """
     if log.outcome is not Outcome.COLLIDED:
         return ""

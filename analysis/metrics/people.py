@@ -87,7 +87,7 @@ def people_of(log: TrialLog) -> PeopleLooks:
 
 
 def approaches_within(log: TrialLog, distance_m: float) -> Approaches:
-    """Returns the number of approaches of robot and persons to within `distance_m`.
+    """Counts how often the gap of the robot and a person falls below `distance_m`.
 
     Raises Undefined where there were no people.
     """

@@ -1,4 +1,4 @@
-"""Safety of a trial: clearances, contacts, and time to collision."""
+"""Safety of a trial: clearances, touches, and time to collision."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from drake_navbench.logs.log import TrialLog
 # A hand's breadth and a bit on each side of a chair: a passenger feels this as "close".
 DANGER_DISTANCE_M = 0.25
 COLLISION_TIME_STEP_S = 0.1
-# A contact later than this does not count.
+# A touch later than this does not count.
 COLLISION_TIME_HORIZON_S = 10.0
 COLLISION_TIME_PARTS = 16
 # Distances to obstacles farther away than this are not measured, as in a trial.
@@ -46,7 +46,7 @@ def min_clearance_m(log: TrialLog) -> float:
 
     Formula: minimum over the trial of the distance in the plane, up to 5 m, to 0.1 mm: at the
     samples, one every 0.05 s, and in between on the cubic through the log's poses and velocities; 0
-    in a trial that ended at a contact. People move on straight lines between their logged
+    in a trial that ended at a touch. People move on straight lines between their logged
     positions, ten a second. For a recording without the obstacles only the samples count.
     """
     return least_clearance_m(log, _clearances_m(log).min())
@@ -134,8 +134,8 @@ def danger_time_ratio(log: TrialLog) -> float:
 def time_to_collision_min_s(log: TrialLog) -> float:
     """Shortest time until the footprint would have touched an obstacle at constant v and w.
 
-    Formula: minimum over the trial, every 0.1 s, of the exact time to contact of the footprint on
-    its circle or line, up to 10 s.
+    Formula: minimum over the trial, every 0.1 s, of the exact time until the footprint,
+    on its circle or line, touches an obstacle; up to 10 s.
     """
     edges = obstacle_edges(log)
     if len(edges) == 0:

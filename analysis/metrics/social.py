@@ -47,8 +47,8 @@ WANTS_TO_WALK_MPS = 0.1
 def ran_into_person_count(log: TrialLog) -> float:
     """Whether the trial ended because the robot ran into a person.
 
-    Formula: 1 where the robot's point of contact closed the gap at least as fast as the person's
-    did, both along the line between them, else 0.
+    Formula: 1 where, of the two points that touch, the robot's closed the gap at least as fast as
+    the person's, both along the line between them, else 0.
     Source: "robot on person collision" of SEAN 2.0 (Tsoi et al. 2022) and HuNavSim.
     """
     people_of(log)
@@ -73,7 +73,7 @@ def min_person_distance_m(log: TrialLog) -> float:
     """Smallest distance between the footprint and a person's body.
 
     Formula: minimum over the trial, every 0.1 s, of the gap between outline and body disc; 0 in a
-    trial that ended at such a contact. HuNavSim and SocNavBench take the robot for a disc.
+    trial that ended at such a touch. HuNavSim and SocNavBench take the robot for a disc.
     Source: SocNavBench (Biswas et al. 2022), HuNavSim "minimum distance to people".
     """
     nearest_m = people_of(log).gaps_m.min()
@@ -253,7 +253,7 @@ def people_slowdown_ratio(log: TrialLog) -> float:
 
 
 def _contact(log: TrialLog) -> dict[str, float]:
-    """Returns the log's entry on a contact with a person; {} without such a contact."""
+    """Returns the log's entry on the touch of a person; {} where none was touched."""
     if log.outcome is not Outcome.COLLIDED or log.info["contact"]["kind"] != "person":
         return {}
     return dict(log.info["contact"])

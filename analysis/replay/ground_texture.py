@@ -21,6 +21,33 @@ HEIGHT_M = 0.001
 # glTF's numbers for "take the nearest pixel" and for component types.
 NEAREST_FILTER = 9728
 FLOAT32_COMPONENT, UINT16_COMPONENT = 5126, 5123
+UNLIT = "KHR_materials_unlit"
+# One mesh with a picture on it, lit by nothing: accessor 0 has its corners, 1 the picture's places
+# of them, 2 the triangles.
+SCENE_OF_A_SQUARE: dict[str, Any] = {
+    "asset": {"version": "2.0"},
+    "extensionsUsed": [UNLIT],
+    "scene": 0,
+    "scenes": [{"nodes": [0]}],
+    "nodes": [{"mesh": 0}],
+    "meshes": [
+        {
+            "primitives": [
+                {"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2, "material": 0}
+            ]
+        }
+    ],
+    "materials": [
+        {
+            "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
+            "alphaMode": "BLEND",
+            "doubleSided": True,
+            "extensions": {UNLIT: {}},
+        }
+    ],
+    "textures": [{"source": 0, "sampler": 0}],
+    "samplers": [{"magFilter": NEAREST_FILTER, "minFilter": NEAREST_FILTER}],
+}
 
 
 def textured_square(costmap: Costmap) -> Mesh:
@@ -61,34 +88,7 @@ def _gltf(
     ]
     bounds = {"min": corners.min(axis=0).tolist(), "max": corners.max(axis=0).tolist()}
     accessor = {"componentType": FLOAT32_COMPONENT, "count": len(corners)}
-    unlit = "KHR_materials_unlit"
-    return {
-        "asset": {"version": "2.0"},
-        "extensionsUsed": [unlit],
-        "scene": 0,
-        "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 0}],
-        "meshes": [
-            {
-                "primitives": [
-                    {
-                        "attributes": {"POSITION": 0, "TEXCOORD_0": 1},
-                        "indices": 2,
-                        "material": 0,
-                    }
-                ]
-            }
-        ],
-        "materials": [
-            {
-                "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
-                "alphaMode": "BLEND",
-                "doubleSided": True,
-                "extensions": {unlit: {}},
-            }
-        ],
-        "textures": [{"source": 0, "sampler": 0}],
-        "samplers": [{"magFilter": NEAREST_FILTER, "minFilter": NEAREST_FILTER}],
+    return SCENE_OF_A_SQUARE | {
         "images": [{"uri": _data_uri("image/png", image)}],
         "buffers": [
             {

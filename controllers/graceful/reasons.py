@@ -44,7 +44,7 @@ def explained(cycle: Cycle, scene: Scene) -> Explanation:
     distance = math.hypot(cycle.target_x, cycle.target_y)
     note = (
         f"The target is the farthest pose of the plan that a simulated drive reaches without a "
-        f"contact: {length_text(distance)} away, its heading {cycle.target_yaw:.3g} rad."
+        f"collision: {length_text(distance)} away, its heading {cycle.target_yaw:.3g} rad."
     )
     if cycle.v == 0.0:
         angle = math.atan2(cycle.target_y, cycle.target_x)

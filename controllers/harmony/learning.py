@@ -116,11 +116,12 @@ def possible_bases(learnt: Learnt, candidates: Array) -> Array:
 
 
 def prediction_error(possible: Array, velocities: Array, reach_m: float) -> Array:
-    """Returns (K,) the largest errors, m, of a point of the outline predicted by one candidate.
+    """Returns (K,) m: how far a point of the outline may lie from its prediction.
 
-    That is the first one; the error is the largest one over the others. Each axis adds the larger
-    of two ways: that driven in the difference of the time constants, and the difference of the ways
-    to rest. possible: (M, 3). velocities: (K, 2) speeds m/s and turn rates rad/s, the largest until
+    The prediction takes the first candidate for the base; the error is the largest one that any
+    other candidate would make. Driving and turning each add the larger of two ways: the way driven
+    in the difference of the two time constants, and the difference of the two ways to rest.
+    possible: (M, 3) candidates. velocities: (K, 2) largest speeds m/s and turn rates rad/s until
     rest. reach_m: distance of the farthest corner from the base.
     """
     lag_s = np.abs(possible[:, :1] - possible[0, 0])

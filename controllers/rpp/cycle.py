@@ -40,11 +40,11 @@ NO_COLLISION = -1
 class Aim(NamedTuple):
     """The aim of a cycle's steering, in the base frame: m, rad, 1/m.
 
-    lookahead: distance to the carrot (carrot_x, carrot_y), along the plan or straight. curvature,
-    heading_error: heading error of the arc and of the line to the point steered by, the latter
-    turned round where the robot reverses. slowing_curvature: curvature of the arc by which the
-    robot slows down. sign: -1 for reversing, else 1. plan_length: arc length of the local plan.
-    end_distance, goal_angle: straight to its last pose, and the heading there.
+    lookahead: distance to the carrot (carrot_x, carrot_y), along the plan or straight. curvature:
+    of the arc to the point that the robot steers to. slowing_curvature: of the arc that slows the
+    robot down. heading_error: angle to the point that the robot steers to, turned by pi where it
+    reverses. sign: -1 for reversing, else 1. plan_length: arc length of the local plan.
+    end_distance: straight distance to the plan's last pose. goal_angle: heading of that pose.
     """
 
     lookahead: float
@@ -105,9 +105,9 @@ def points_along(settings, poses_B, lookahead):
 
 @njit(cache=True)
 def points_ahead(settings, poses_B, lookahead):
-    """Returns (lookahead, x, y, x, y): the carrot and the point to slow down by, straight ahead, m.
+    """Returns (lookahead, carrot x, carrot y, x, y), m; at x, y is the point to slow down by.
 
-    Neither lies beyond a cusp where the robot may reverse.
+    Where the robot may reverse, neither point lies beyond a cusp of the plan.
     """
     curvature_lookahead = settings.curvature_lookahead_dist
     interpolates = settings.use_interpolation

@@ -64,9 +64,10 @@ def with_moving(
 
 
 def keeps_off(surroundings: Surroundings, footprint: Array, poses: Array, times: Array) -> bool:
-    """Whether the outline at each pose is free of standing, and at its time of moving, obstacles.
+    """Whether the outline meets no obstacle at any pose.
 
-    poses: (N, 3), the first is the robot's. times: (N,) s from now.
+    Moving obstacles are where they will be at the time of the pose. poses: (N, 3), the first is the
+    robot's. times: (N,) s from now.
     """
     if not is_free(surroundings.costmap, footprint, poses):
         return False

@@ -112,7 +112,7 @@ class ClassSearch:
         )
 
     def add_plan(self, poses: Array, time_steps: Array) -> None:
-        """Adds the band of the global plan where its class is new and there is room."""
+        """Adds the global plan's band, if no band has its homotopy class and the number allows."""
         if self._is_full():
             return
         self._plan_class = self._signature(poses, time_steps)

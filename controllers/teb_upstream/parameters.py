@@ -295,11 +295,11 @@ class TebUpstreamParameters(BandParameters):
     )
 
     def kernel_record(self) -> NDArray[np.void]:
-        """Returns the parameters as the kernels take them, and what follows from several of them.
+        """Returns the record of the kernels: the parameters, and four values computed from them.
 
-        is_carlike: the turning radius is bounded. include_at, cut_off_at: distances of obstacles
-        that are all attached to poses, and beyond which none is, m. with_first_pose: obstacles are
-        attached to the first pose, too.
+        is_carlike: the turning radius is bounded. include_at: every obstacle nearer than this is
+        attached to a pose, m. cut_off_at: no obstacle farther than this is, m. with_first_pose:
+        obstacles are attached to the first pose, too.
         """
         wanted = self.min_obstacle_dist
         bounds_radius = self.weight_kinematics_turning_radius != 0.0

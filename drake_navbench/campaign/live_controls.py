@@ -37,7 +37,7 @@ class Restart(Exception):
 
 
 class Patience(NamedTuple):
-    """The time to wait for a browser, s, and the page's address, for the message."""
+    """The wait for a browser: at most limit_s, s. address: the page's, for the message."""
 
     limit_s: float
     address: str

@@ -41,7 +41,7 @@ def simulate_for_stack(
     shows_page: bool,
     console: Console,
 ) -> bool:
-    """Simulates until Ctrl-C, a contact or the scenario's time; writes the log as a trial's.
+    """Simulates until Ctrl-C, a touch or the scenario's time; writes the log as a trial's.
 
     parameters: the column `live`'s. Returns whether the trial ended in an error.
     """

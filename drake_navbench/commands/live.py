@@ -104,9 +104,9 @@ def _add_how(parser: argparse.ArgumentParser) -> None:
 
 
 def _live(arguments: argparse.Namespace) -> int:
-    from drake_navbench.campaign.benchmark import default_results_path
     from drake_navbench.campaign.console import terminal
     from drake_navbench.campaign.live_simulator import simulate_for_stack
+    from drake_navbench.campaign.run_command import default_results_path
     from drake_navbench.logs.results import ResultsFolder
     from drake_navbench.ros2.live.live_extra import require_live_libraries
 

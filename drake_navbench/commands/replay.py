@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from drake_navbench.commands.command_line import CommandParser, Options, command
 from drake_navbench.errors import InputError, one_line
@@ -77,11 +78,8 @@ def render(
     Raises InputError where a log has no sample, there is no such model, or the two logs are of the
     same column or of different scenarios.
     """
-    from pydantic import ValidationError
-
     from drake_navbench.analysis.replay import write_race_replay, write_trial_replay
     from drake_navbench.logs.log import TrialLog
-    from drake_navbench.logs.results import ResultsFolder
     from drake_navbench.typed_files.output_file import write_whole
 
     paths = [log_path] if beside is None else [log_path, beside]
@@ -96,30 +94,44 @@ def render(
         _require_a_race(log, logs[1], beside)
     if model is not None and not model.is_file():
         raise InputError(f"--model {model}: no such file")
-    reasons = (
-        {
+    reasons = None
+    if tells_why:
+        reasons = {
             own.info["controller"]: _decisions(own, entry)
             for entry, own in zip(paths, logs, strict=True)
         }
-        if tells_why
-        else None
-    )
-    columns: list[str] = []
-    # The log may lie anywhere; in a results folder its colour is the one of the report.
-    with suppress(InputError, IndexError):
-        columns = list(ResultsFolder(log_path.absolute().parents[3]).read_manifest()["controllers"])
     shown = model or _built_in_model(log.info["robot"].get("model"))
+    looks: dict[str, Any] = {
+        "model": shown,
+        "columns": _columns_beside(log_path),
+        "reasons": reasons,
+    }
+    draw = (
+        partial(write_trial_replay, log, **looks)
+        if beside is None
+        else partial(write_race_replay, logs, **looks)
+    )
+    with _drawing(log_path, shown):
+        write_whole(path, draw)
+
+
+def _columns_beside(log_path: Path) -> list[str]:
+    """Returns the columns of a log's results folder, whose colours a replay takes; [] without."""
+    from drake_navbench.logs.results import ResultsFolder
+
+    # The log may lie anywhere.
+    with suppress(InputError, IndexError):
+        return list(ResultsFolder(log_path.absolute().parents[3]).read_manifest()["controllers"])
+    return []
+
+
+@contextmanager
+def _drawing(log_path: Path, model: Path | None) -> Iterator[None]:
+    """Turns errors of a log's content, or of a model that Drake cannot parse, into InputError."""
+    from pydantic import ValidationError
+
     try:
-        write_whole(
-            path,
-            lambda unfinished: (
-                write_trial_replay(log, unfinished, model=shown, columns=columns, reasons=reasons)
-                if beside is None
-                else write_race_replay(
-                    logs, unfinished, model=shown, columns=columns, reasons=reasons
-                )
-            ),
-        )
+        yield
     except ValidationError as error:
         fault = error.errors()[0]
         place = ".".join(map(str, fault["loc"]))
@@ -131,7 +143,7 @@ def render(
         raise InputError(f"{log_path}: scenario or robot in the log: {one_line(error)}") from error
     except RuntimeError as error:
         # Drake raises this for a model that it cannot parse.
-        raise InputError(f"{shown or log_path}: cannot be drawn: {error}") from error
+        raise InputError(f"{model or log_path}: cannot be drawn: {error}") from error
 
 
 def _decisions(log: TrialLog, path: Path) -> Sequence[Why]:

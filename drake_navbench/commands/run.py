@@ -405,7 +405,7 @@ def _run(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> int:
 
         print_check(arguments, partial(_remarks, arguments))
         return EXIT_DONE
-    from drake_navbench.campaign.benchmark import run_from_command_line
+    from drake_navbench.campaign.run_command import run_from_command_line
 
     any_error = run_from_command_line(
         arguments, began_s=began_s, remarks=partial(_remarks, arguments)

@@ -76,7 +76,7 @@ def _add_subject(parser: argparse.ArgumentParser) -> None:
         "whole Nav2 file to beat, instead of PRESET; the result is a patch of it",
         Path,
     )
-    option("--plugin NAME", "controller of the file (its only one)")
+    option("--controller NAME", "controller of the file to tune (its only one)")
     option("--scenarios LIST", "scenarios to search in", listed_names, ())
     option(
         "--map FILE",
@@ -182,7 +182,7 @@ def _tune(arguments: argparse.Namespace, command: str) -> None:
         out=arguments.out.absolute(),
         command=command,
         nav2=arguments.nav2,
-        plugin=arguments.plugin,
+        plugin=arguments.controller,
         map_file=arguments.map,
         goals=arguments.goals,
         search_only=arguments.search_only,

@@ -45,7 +45,9 @@ class PackageFiles:
         if pick == 0:
             return None
         if pick > len(found):
-            raise InputError(f"--pick {kind}={pick}: there are {len(found)}, numbered from 1")
+            raise InputError(
+                f"--pick {kind}={pick}: expected a number of the list, 1 to {len(found)}, or none"
+            )
         return found[pick - 1]
 
     def fitting(self, kind: str, robot: Path | None) -> Path | None:

@@ -58,7 +58,7 @@ class Person(FrozenModel):
     radius_m: Size = Field(
         0.3,
         le=1.0,
-        description="Radius of the disc that stands for the body, in contacts and forces [m].",
+        description="Radius of the disc that stands for the body, for touches and forces [m].",
     )
     reaction: Literal[
         "regular", "impassive", "surprised", "scared", "curious", "threatening", "oblivious"

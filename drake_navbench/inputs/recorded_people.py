@@ -267,7 +267,9 @@ def _groups(path: Path, known: set[str], names: list[str], settings: Recording) 
             if member not in known:
                 raise InputError(f"{path}: recording.groups[{number}]: nobody is called {member!r}")
             if groups.get(member, -1) >= 0:
-                raise InputError(f"{path}: recording.groups: {member!r} is in two of them")
+                raise InputError(
+                    f"{path}: recording.groups: {member!r} is in two groups, expected one"
+                )
             if member in groups:
                 groups[member] = number
     return list(groups.values())

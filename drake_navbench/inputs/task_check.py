@@ -27,7 +27,7 @@ def check_task(scenario: Scenario, robot: Robot) -> None:
     """Raises InputError where the robot cannot stand at the start, or cannot get to the goal.
 
     On a map the start must not overlap an occupied cell, and the goal must be on the map and known.
-    The start is checked without its variation: a trial that begins in contact ends as collided.
+    The start is checked without its variation: a trial that begins with a touch ends as collided.
     """
     if scenario.floors:
         check_floors(scenario)

@@ -1,4 +1,4 @@
-"""Bodies that move in the plane on given ways: their poses, and the time of a robot's contact.
+"""Bodies that move in the plane on given ways: their poses, and when a robot touches one.
 
 A track is rows (time s, x m, y m, yaw rad), rising in time, between which the pose is linear in
 time; before the first row and after the last one the body stands. A track with a period starts over

@@ -1,6 +1,6 @@
 """The time until an outline touches a moving body, if all keep their velocities.
 
-By conservative advancement, as in `swept_contact`: no contact happens before the gap divided by an
+By conservative advancement, as in `swept_contact`: no touch happens before the gap divided by an
 upper bound of the speed at which two points close it.
 """
 
@@ -27,7 +27,7 @@ def time_to_moving_contact(footprint, pose, twist, bodies, poses, rates, reaches
     rad/s, vy m/s of the robot, which keeps its twist. bodies: their edges and discs, see
     `moving_bodies`. poses, rates: (B, 3) x m, y m, yaw rad of each body, and their time
     derivatives, which it keeps. reaches: (B,) largest distance of each body's outline from its
-    origin, m. A gap of a millimetre counts as contact.
+    origin, m. A gap of a millimetre counts as a touch.
     """
     edges, discs = bodies
     radius = 0.0

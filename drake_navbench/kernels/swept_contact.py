@@ -1,8 +1,8 @@
 """The time at which a moving outline first touches a standing obstacle.
 
 The motion within a step of an integrator is the cubic through the poses at both ends with the
-velocities there (Hermite), as Drake's dense output has it. Contact on it is found by conservative
-advancement: no contact happens before the gap divided by an upper bound of the outline's speed.
+velocities there (Hermite), as Drake's dense output has it. A touch on it is found by conservative
+advancement: no touch happens before the gap divided by an upper bound of the outline's speed.
 Source: B. Mirtich, "Impulse-based Dynamic Simulation of Rigid Body Systems", 1996.
 
 States are x m, y m, yaw rad, v m/s, w rad/s, vy m/s: velocity forward, yaw rate and velocity to
@@ -70,7 +70,7 @@ def share_until_contact(footprint, start, end, duration, edges, circles, touchin
     """Returns the share, 0 to 1, of a step after which the outline first touches something.
 
     start, end: (6,) states at both ends of a step of `duration` s. touching: a gap of this many m
-    or less is contact. inf where there is none in this step.
+    or less is a touch. inf where there is none in this step.
     """
     speed = outline_speed_bound(footprint, start, end, duration)
     share = 0.0

@@ -60,8 +60,8 @@ COLUMNS: Mapping[str, str] = {
     "measured_w_radps": "measured yaw rate",
     "command_v_mps": "last commanded forward velocity, base frame",
     "command_w_radps": "last commanded yaw rate",
-    "clearance_m": "distance from the footprint to the nearest obstacle, every 0.05 s; 0 at a "
-    "contact",
+    "clearance_m": "distance from the footprint to the nearest obstacle, every 0.05 s; "
+    "0 at a touch",
     "obstacle_cell_distance_m": "distance from the base origin to the nearest centre of a "
     "lethal cell of the local costmap",
     "obstacle_corner_distance_m": "distance from the base origin to the nearest lower left "

@@ -1,7 +1,7 @@
 """The body of the robot that a Nav2 file drives: the costmaps' outline, and the true one.
 
 The outline in a Nav2 file is the one that its costmaps use. If the user gives a robot file or a
-model, its outline stays the true one, which decides about contacts.
+model, its outline stays the true one, which decides about touches.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ import shapely
 
 from drake_navbench.inputs.check import CheckRow, Status
 from drake_navbench.inputs.described_robot import DescribedRobot
-from drake_navbench.nav2.robot import Nav2Setup
+from drake_navbench.nav2.nav2_setup import Nav2Setup
 
 # The largest distance by which the costmap's outline may reach beyond the body, m.
 TOO_LARGE_M = 0.15

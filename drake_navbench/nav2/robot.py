@@ -8,14 +8,11 @@ whole: a parameter that is missing there has Nav2's default, not the base robot'
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import yaml
-
-from drake_navbench.controller import AskedSpeeds
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import Check, CheckRow, Status
 from drake_navbench.inputs.overrides import merged
@@ -32,7 +29,8 @@ from drake_navbench.nav2.costmaps import (
     read_global_costmap,
     read_local_costmap,
 )
-from drake_navbench.nav2.node_reader import NodeReader, Offer, Rows
+from drake_navbench.nav2.nav2_setup import Nav2Setup
+from drake_navbench.nav2.node_reader import NodeReader, Rows
 from drake_navbench.nav2.outline import (
     Outline,
     note_small_inflation,
@@ -97,63 +95,6 @@ LEAST_SPEEDS = ("min_vel_x", "vx_min")
 NESTED = f"{PARAMETERS_KEY} stands within the parameters"
 # Servers that a robot only has if its file has them.
 OPTIONAL = ("velocity_smoother", COLLISION_MONITOR)
-
-
-@dataclass(frozen=True)
-class Nav2Setup:
-    """The columns that Nav2 files define, the robot that they drive, and the check of the files.
-
-    places: by the column's name, the node and the block of its controller. given: the values of all
-    parameters, by node without the namespace and by name. offers: the typed parameters outside of
-    the controllers, by the last part of the node's name and by name. needed_speeds: the speeds that
-    each controller needs of the base. spin_radps: the yaw rate that the spin needs. namespace: the
-    one of the nodes that are read, 'robot1'.
-    """
-
-    presets: tuple[Preset, ...]
-    robot: Robot
-    check: Check
-    places: Mapping[str, tuple[str, str]] = field(default_factory=dict)
-    given: Mapping[tuple[str, str], Any] = field(default_factory=dict)
-    offers: Mapping[tuple[str, str], Offer] = field(default_factory=dict)
-    needed_speeds: tuple[AskedSpeeds, ...] = ()
-    spin_radps: float = 0.0
-    namespace: str = ""
-
-    @property
-    def controllers(self) -> dict[str, Preset]:
-        """The columns by their controller's name in the files, 'FollowPath'.
-
-        In files of several robots those after the first are 'robot2/FollowPath'.
-        """
-        named: dict[str, Preset] = {}
-        for preset in self.presets:
-            node, name = self.places[preset.name]
-            namespace = node.removesuffix(SERVER)
-            named[f"{namespace}{name}" if name in named else name] = preset
-        return named
-
-    def stand_ins_of(self, column: str) -> list[str]:
-        """Returns a line for each stand-in within a column's controller."""
-        node, block = self.places.get(column, ("", ""))
-        return [
-            row.text
-            for row in self.check.stand_ins
-            if block and row.node == node and row.parameter.split(".")[0] == block
-        ]
-
-    def stand_ins_of_all(self) -> list[str]:
-        """Returns a line for each stand-in outside of the controllers, common to all columns."""
-        own = {line for column in self.places for line in self.stand_ins_of(column)}
-        return [row.text for row in self.check.stand_ins if row.text not in own]
-
-    def robot_file(self) -> str:
-        """Returns the robot as the text of a robot file that can be kept."""
-        data = self.robot.model_dump(mode="json", exclude_unset=True)
-        data.pop("directory", None)
-        if self.robot.model_path is not None:
-            data["model"] = str(self.robot.model_path)
-        return yaml.safe_dump(data, sort_keys=False)
 
 
 class ReadFiles(NamedTuple):

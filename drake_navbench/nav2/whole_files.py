@@ -17,7 +17,8 @@ from drake_navbench.inputs.check import Check, CheckRow
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot, is_model, load_robot
 from drake_navbench.nav2.known_base import known_base_of
-from drake_navbench.nav2.robot import Nav2Setup, read_sections, setup_of
+from drake_navbench.nav2.nav2_setup import Nav2Setup
+from drake_navbench.nav2.robot import read_sections, setup_of
 from drake_navbench.nav2.substitutions import Substitutions
 
 

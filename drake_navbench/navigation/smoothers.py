@@ -112,10 +112,10 @@ class SavitzkyGolaySmoother:
 
 
 def copy_and_parts(path: Array, *, is_parted: bool) -> tuple[Array, Sequence[tuple[int, int]]]:
-    """Returns a copy of a path (N, 3) and its parts from one turn back to the next, by indices.
+    """Returns a copy of a path (N, 3) and its parts, each as (first, last) index.
 
-    The headings tell forward from reverse driving, so they must mean something. Raises InputError
-    where `path` is no path.
+    is_parted: a part ends where the robot changes between forward and reverse, which the headings
+    tell; otherwise the path is one part. Raises InputError where `path` is no path.
     """
     copy = np.array(path, dtype=np.float64)
     if copy.ndim != 2 or copy.shape[1] != 3 or len(copy) == 0:

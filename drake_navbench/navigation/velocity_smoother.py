@@ -22,7 +22,10 @@ COMMAND_AXES = [0, 2, 1]
 
 
 class VelocitySmootherParameters(FrozenModel):
-    """Parameters of nav2_velocity_smoother; arrays are (x m/s, y m/s, yaw rad/s) and so on."""
+    """Parameters of nav2_velocity_smoother.
+
+    Lists are for x, y (m/s, m/s^2) and yaw (rad/s, rad/s^2).
+    """
 
     smoothing_frequency: Frequency = Field(
         20.0, gt=0.0, description="Rate of the smoothed commands [Hz]."

@@ -11,8 +11,8 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from drake_navbench.inputs.presets import Preset
+from drake_navbench.nav2.nav2_setup import Nav2Setup
 from drake_navbench.nav2.node_reader import Offer
-from drake_navbench.nav2.robot import Nav2Setup
 from drake_navbench.plugins.releases import RELEASE_FIELD, Release, read_by
 from drake_navbench.typed_files.dotted_names import flattened
 from drake_navbench.typed_files.quantities import Within

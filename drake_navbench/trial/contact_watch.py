@@ -1,4 +1,4 @@
-"""The first contact of the robot with a body: the truth, at every instant of a simulation."""
+"""The robot's first touch of a body: the truth, at every instant of a simulation."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ from drake_navbench.kernels.swept_contact import (
     soonest_contact_s,
 )
 
-# The search for the instant of contact ends at this gap, m.
+# The search for the instant of the touch ends at this gap, m.
 TOUCHING_M = 1e-5
 # Bodies beyond this distance, m, are not checked; the robot needs seconds to get there.
 REACH_M = 5.0
 # An integrator may make a step longer than its limit, by this factor, to meet an event.
 STEP_STRETCH = 1.1
-# The time up to a contact over which the velocity of a body is measured, s.
+# The time up to a touch over which the velocity of a body is measured, s.
 VELOCITY_WINDOW_S = 1e-3
 
 
 @dataclass(frozen=True)
 class Contact:
-    """The first contact of a trial.
+    """The first touch of a trial.
 
     time_s: its time. state: (6,) of the robot, x m, y m, yaw rad, v m/s, w rad/s, vy m/s. body: the
     index of the moving body that was touched; None for a standing obstacle.
@@ -54,7 +54,7 @@ class Contact:
 
 @dataclass(frozen=True)
 class _Look:
-    """A state (6,) of the robot without contact, and the time until which none is possible."""
+    """A state (6,) of the robot that touches nothing, and the time until which none is possible."""
 
     time_s: float
     state: Array
@@ -62,19 +62,19 @@ class _Look:
 
 
 class ContactWatch:
-    """Finds the first contact between the robot and a body, for a Simulator's monitor.
+    """Finds the robot's first touch of a body, for a Simulator's monitor.
 
-    From the clearance and the limits of the drive follows a time before which contact is
-    impossible; until then nothing is computed. A step in which contact is possible is searched by
-    conservative advancement along the dense output of the integrator, so that no contact of the
+    From the clearance and the limits of the drive follows a time before which a touch is
+    impossible; until then nothing is computed. A step in which a touch is possible is searched by
+    conservative advancement along the dense output of the integrator, so that no touch of the
     simulated motion is missed, however thin and however short. Bodies less than TOUCHING_M apart
     touch. For moving bodies the limit is the speed at which they and the robot can close the gap.
 
     drive: its limits bound the speed of the outline. footprint: (K, 2) true outline, base frame, m.
     max_step_s: the integrator's.
 
-    contact: the first one, None before it. moving: the moving bodies, None without any.
-    idle_until_s: no contact is possible before this time.
+    contact: the first touch, None before it. moving: the moving bodies, None without any.
+    idle_until_s: no touch is possible before this time.
     """
 
     def __init__(self, drive: Drive, world: World, *, footprint: Array, max_step_s: float) -> None:
@@ -103,7 +103,7 @@ class ContactWatch:
             self._last, self.idle_until_s = None, -math.inf
 
     def look(self, time_s: float, state: Array, people: Array | None = None) -> None:
-        """Looks for contact at the end of a step, at `state` (6,), and where possible within it.
+        """Looks for a touch at the end of a step, at `state` (6,), and where possible within it.
 
         people: (P, 3) x m, y m, yaw rad at the end of the step, to which they went straight.
         """
@@ -142,7 +142,7 @@ class ContactWatch:
         self.idle_until_s = time_s + free_s - self._look_ahead_s
 
     def _contact_since(self, last: _Look, time_s: float, state: Array) -> Contact | None:
-        """Returns the first contact between the last look and now."""
+        """Returns the first touch between the last look and now."""
         duration_s = time_s - last.time_s
         share = share_until_contact(
             self._footprint,
@@ -257,8 +257,8 @@ class MovingContact:
     def facts(self, body: int, time_s: float, state: Array) -> dict[str, Any]:
         """Returns the body that was met, and the closing speeds of robot and body, as plain data.
 
-        `robot_closing_mps` is the velocity of the robot's point of contact towards the body,
-        `other_closing_mps` that of the body's towards the robot; a negative one went away.
+        `robot_closing_mps` is the velocity, towards the body, of the robot's point that touches,
+        `other_closing_mps` that of the body's point towards the robot; negative: it went away.
         """
         tracks = self._tracks
         now, before = tracks.poses_at(time_s)[body], tracks.poses_at(time_s - VELOCITY_WINDOW_S)

@@ -262,7 +262,7 @@ def _known_map(spec: TrialSpec) -> OccupancyMap | None:
 def _end_of_trial(
     trial: TrialDiagram, root_context: Context, contact_watch: ContactWatch
 ) -> Callable[[Context], EventStatus | None]:
-    """Returns the monitor that stops the simulation after a contact or when the task is over."""
+    """Returns the monitor that stops the simulation after a touch or when the task is over."""
     state_port, transport = trial.state_port, trial.transport
     status_port = trial.navigator.GetOutputPort("task_status")
     # The simulator hands the same context to every call.
@@ -279,7 +279,7 @@ def _end_of_trial(
         status = status_port.Eval(navigator_context)
         if status is running and transport is None and time_s < contact_watch.idle_until_s:
             return None
-        # A task that ended in the updates before this step was over before the step's contact.
+        # A task that ended in the updates before this step was over before the step's touch.
         is_over = status.state.is_final and status.time_s < time_s
         if transport is not None:
             contact_watch.come_to_floor(transport.floor_changes(state_context))
@@ -297,7 +297,7 @@ def _end_of_trial(
 
 
 def _put_back_to_contact(trial: TrialDiagram, context: Context, contact: Contact) -> None:
-    """Puts a Context, and the recording in it, back from the end of a step to the contact in it."""
+    """Puts a Context, and the recording in it, back from the end of a step to the touch in it."""
     context.SetTime(contact.time_s)
     state, transport = contact.state, trial.transport
     if transport is not None:

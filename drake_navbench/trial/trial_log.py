@@ -122,7 +122,7 @@ def _outcome(trial: TrialDiagram, context: Context, *, touched: str) -> tuple[Ou
 
 
 def _contact_account(contact_watch: ContactWatch) -> dict[str, Any]:
-    """Returns the name and kind of the touched obstacle as plain data; empty without contact."""
+    """Returns the name and kind of the touched obstacle as plain data; {} without a touch."""
     contact, moving = contact_watch.contact, contact_watch.moving
     if contact is None:
         return {}

@@ -46,14 +46,14 @@ from drake_navbench.trial.trial import DEFAULT_ROBOT
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 CONTACT_TEXT = """\
-## Contact
+## Touch
 
 A trial ends as `collided` at the instant at which the outline first touches an obstacle or a wall
 of a map: `end_time_s` and the last row are that instant, with the pose and velocity then and a
 clearance of 0. It is found between samples, too, on the cubic through the poses and velocities at
 both ends of each step of the integrator, by conservative advancement: less than 0.01 mm apart is
-touching, and no overlap of that motion is missed. A task that had ended before is no collision. The
-clearance in the rows before is sampled every 0.05 s and held."""
+touching, and no overlap of that motion is missed. A task that ends before a touch keeps its
+outcome. The clearance in the rows before is sampled every 0.05 s and held."""
 SCHEMAS: Mapping[str, type[FrozenModel]] = {
     "scenario": Scenario,
     "robot": Robot,

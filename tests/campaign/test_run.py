@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from drake_navbench.analysis.metrics.registry import unrepeatable_names
-from drake_navbench.campaign import benchmark
+from drake_navbench.campaign import run_command
 from drake_navbench.campaign.request_arguments import request_from_arguments
 from drake_navbench.commands import report
 from drake_navbench.commands.run import build_parser, main
@@ -282,7 +282,7 @@ def test_an_error_fit_to_be_shown_is_one_line_and_exit_1(monkeypatch, capsys):
     def fail(arguments, *, began_s, remarks):
         raise NavbenchError("nothing to be done")
 
-    monkeypatch.setattr(benchmark, "run_from_command_line", fail)
+    monkeypatch.setattr(run_command, "run_from_command_line", fail)
     assert main(["empty"]) == 1
     assert capsys.readouterr().err == "nothing to be done\n"
 

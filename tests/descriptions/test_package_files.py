@@ -111,7 +111,9 @@ def test_a_number_picks_another_and_none_nothing(repository):
     arguments, _ = filled("--package", str(repository), "--pick", "world=2", "--pick", "nav2=none")
     assert arguments.scenarios[0].endswith("empty.world")
     assert not arguments.nav2
-    with pytest.raises(InputError, match=r"--pick world=9: there are 2, numbered from 1"):
+    with pytest.raises(
+        InputError, match="--pick world=9: expected a number of the list, 1 to 2, or none"
+    ):
         filled("--package", str(repository), "--pick", "world=9")
     with pytest.raises(InputError, match=r"--pick 'robt=1': expected one of robot=N, nav2=N"):
         filled("--package", str(repository), "--pick", "robt=1")

@@ -10,7 +10,7 @@ from nav2_setups import read_nav2_files
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.robot import load_robot
-from drake_navbench.nav2.robot import Nav2Setup
+from drake_navbench.nav2.nav2_setup import Nav2Setup
 from drake_navbench.navigation.behavior_tree.builder import faults_of
 from drake_navbench.navigation.behavior_tree.tree_file import read_tree_file
 

@@ -107,7 +107,11 @@ def test_only_those_of_the_trial_are_kept_and_groups_are_by_name(tmp_path):
         ("t,x,y\n", {}, "line 1: expected the header time_s,person,x_m,y_m, got 't,x,y'"),
         (HEADER, {}, "expected rows, found none"),
         (ANNA, {"groups": (("eve",),)}, "recording.groups[0]: nobody is called 'eve'"),
-        (ANNA, {"groups": (("anna",), ("anna",))}, "recording.groups: 'anna' is in two of them"),
+        (
+            ANNA,
+            {"groups": (("anna",), ("anna",))},
+            "recording.groups: 'anna' is in two groups, expected one",
+        ),
         ("1 2 3\n", {"format": "eth_ucy", "frame_rate_hz": 25.0}, "line 1: expected 4 columns"),
     ],
 )

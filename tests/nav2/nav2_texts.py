@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from drake_navbench.inputs.check import CheckRow
-from drake_navbench.nav2.robot import Nav2Setup
+from drake_navbench.nav2.nav2_setup import Nav2Setup
 
 DWB = "dwb_core::DWBLocalPlanner"
 MPPI = "nav2_mppi_controller::MPPIController"

@@ -10,10 +10,10 @@ from nav2_texts import COLUMN, LOCAL, RPP, SHIM, row_of
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import Check, CheckRow, Status
 from drake_navbench.inputs.robot import load_robot
+from drake_navbench.nav2.nav2_setup import Nav2Setup
 from drake_navbench.nav2.node_reader import similar_name_hint
 from drake_navbench.nav2.outline import parse_points
 from drake_navbench.nav2.parameters import read_parameter_file
-from drake_navbench.nav2.robot import Nav2Setup
 
 FILES = Path(__file__).parent / "nav2_files"
 RELEASES = ("humble", "iron", "jazzy", "kilted", "lyrical")

@@ -12,8 +12,8 @@ from pydantic import BaseModel
 from drake_navbench.controller import CONTROLLERS
 from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.robot import load_robot
+from drake_navbench.nav2.nav2_setup import Nav2Setup
 from drake_navbench.nav2.release import SINCE, UNTIL
-from drake_navbench.nav2.robot import Nav2Setup
 from drake_navbench.navigation.smoother_parameters import SimpleSmootherParameters
 from drake_navbench.plugins.releases import Release, read_by
 

@@ -10,7 +10,7 @@ from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.speed_check import asks_for_more
-from drake_navbench.nav2.robot import Nav2Setup
+from drake_navbench.nav2.nav2_setup import Nav2Setup
 
 HYBRID = """
 planner_server:

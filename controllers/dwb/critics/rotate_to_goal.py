@@ -93,7 +93,7 @@ class RotateToGoal(Critic):
         return RotateToGoalMemory()
 
     def prepare(self, situation: Situation, memory: RotateToGoalMemory) -> RotateToGoalMemory:
-        """Returns the flags after this cycle's pose and speed."""
+        """Sets `in_window` within the goal tolerance, then `rotating` once the robot is slow."""
         limits = self._controller_parameters
         dx, dy = situation.pose[0] - situation.goal[0], situation.pose[1] - situation.goal[1]
         in_window = memory.in_window or (

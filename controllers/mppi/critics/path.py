@@ -322,7 +322,7 @@ class MeanPathAngleCritic(Critic):
 
 
 def path_angle_mode(parameters: PathAngleParameters, context: CriticContext) -> int:
-    """Returns the mode; a robot that cannot reverse points forward."""
+    """Returns the PathAngleMode; 0 (forward) without a preference, if the robot cannot reverse."""
     cannot_reverse = abs(context.limits.vx_min) < _NO_REVERSE
     no_preference = PathAngleMode.NO_DIRECTIONAL_PREFERENCE
     mode = parameters.mode if parameters.forward_preference else no_preference

@@ -58,7 +58,7 @@ class LiveStack:
     def advance(self, sensed: RobotReadings) -> StackAnswer:
         """Advances by one step of the clock."""
         if self._session is None:
-            raise InputError("live: a trial that has not begun cannot go on")
+            raise InputError("live: the trial has not begun; expected begin() before advance()")
         return self._session.advance(sensed)
 
     def facts(self) -> dict[str, Any]:

@@ -91,9 +91,10 @@ def cycle_row(log: TrialLog) -> Row:
 
 
 def overrides_of_board(patient: Patient, path: Path, folder: Path) -> tuple[dict[str, Any], str]:
-    """Returns the robot's fields for a measured computer, and how they were found; InputError.
+    """Returns the robot's fields for the computer of `--board`, and a sentence on them.
 
     folder: keeps the times of this computer, so that the same command drives the same trials.
+    Raises InputError where the board's file is wrong or of another Nav2 file.
     """
     board, here_path = read_times(path), folder / HERE
     here = read_times(here_path) if here_path.exists() else measured_here(patient)

@@ -16,8 +16,8 @@ from drake_navbench.inputs.drive import Drive
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot, is_model
 from drake_navbench.nav2.known_base import known_base_of
+from drake_navbench.nav2.nav2_setup import Nav2Setup
 from drake_navbench.nav2.patch import Place, patched
-from drake_navbench.nav2.robot import Nav2Setup
 from drake_navbench.nav2.whole_files import (
     FileColumns,
     WholeFile,

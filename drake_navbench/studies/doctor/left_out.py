@@ -14,8 +14,9 @@ from typing import Any, NamedTuple
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.nav2.controllers import PLUGINS, NoCounterpart
+from drake_navbench.nav2.nav2_setup import Nav2Setup
 from drake_navbench.nav2.parameters import Parameter, Section
-from drake_navbench.nav2.robot import Nav2Setup, ReadFiles, read_sections, setup_of
+from drake_navbench.nav2.robot import ReadFiles, read_sections, setup_of
 from drake_navbench.nav2.substitutions import Substitutions
 from drake_navbench.nav2.whole_files import robot_of_files
 from drake_navbench.studies.doctor.facts import Facts, facts_of, raw_name

@@ -70,7 +70,7 @@ def _write(path: Path, text: str) -> Path:
 def page(visit: Visit, patient: Patient, replays: Sequence[Path] = ()) -> str:
     """Returns the page: the verdict in plain words, then what it rests on.
 
-    replays: beside the page, of symptoms and of a trial before and after.
+    replays: pages beside it that it links: trials with a symptom, and one before and after.
     """
     name = told_files(patient.paths)
     parts = [

@@ -49,7 +49,7 @@ class NavigationEnvironment(gymnasium.Env[Seen, NDArray[np.float32]]):
     estimated v m/s, w rad/s. Action: the command (2,) v m/s, w rad/s, held for a period. A base
     that moves sideways has vy m/s, to the left, as a third number of both.
 
-    An episode terminates when the robot's goal checker says so, or at a contact; it is truncated
+    An episode terminates when the robot's goal checker says so, or at a touch; it is truncated
     after `timeout_s`. `info` of its last step has the outcome and metrics of a trial:
     `time_to_goal_s`, `driven_length_m`, `min_clearance_m` (sampled once a step).
 

@@ -104,7 +104,7 @@ class RobotSimulation:
         self._simulator.AdvanceTo(CONTROLLER_OFFSET_S)
 
     def step(self, command: Array) -> None:
-        """Drives one period with a command (2,) v m/s, w rad/s; a contact ends it at that time.
+        """Drives one period with a command (2,) v m/s, w rad/s; a touch ends it at that time.
 
         A third number is vy m/s, for a base that moves sideways.
         """
@@ -123,14 +123,14 @@ class RobotSimulation:
 
     @property
     def driven_s(self) -> float:
-        """Time since the first command, s; after a contact, that of the contact."""
+        """Time since the first command, s; after a touch, that of the touch."""
         contact = self._contact_watch.contact
         now_s = self._simulator.get_context().get_time() if contact is None else contact.time_s
         return max(0.0, now_s - CONTROLLER_OFFSET_S)
 
     @property
     def state(self) -> Array:
-        """(6,) the true x m, y m, yaw rad, v m/s, w rad/s, vy m/s; after a contact, those at it."""
+        """(6,) the true x m, y m, yaw rad, v m/s, w rad/s, vy m/s; after a touch, those at it."""
         contact = self._contact_watch.contact
         if contact is not None:
             return contact.state

@@ -58,11 +58,12 @@ class DecisionResult(NamedTuple):
 
 
 class TrialResult(NamedTuple):
-    """One trial of each. cycles: the commands of both in each cycle of the port.
+    """A trial that the port drives, and the same one that the original drives by itself.
 
-    difference: the largest difference of a cycle's commands, where each drives. apart_s: the time
-    at which the commands first differ by more than 1e-5; NaN where they never do. outcomes: the
-    outcomes of port and original.
+    cycles: in each cycle of the port's trial the commands of both on the same observation.
+    difference: the largest difference of the commands of the two trials at one time. apart_s: the
+    time at which these first differ by more than 1e-5; NaN where they never do. outcomes: of the
+    port's trial and of the original's.
     """
 
     scenario: str

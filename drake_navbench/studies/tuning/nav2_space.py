@@ -114,7 +114,7 @@ def _chosen(columns: FileColumns, plugin: str | None) -> str:
         return names[0]
     if plugin not in names:
         raise InputError(
-            f"--plugin {plugin or ''}: expected one of {columns.file.told}'s controllers, "
+            f"--controller {plugin or ''}: expected one of {columns.file.told}'s controllers, "
             f"{', '.join(names) or 'of which there is none'}"
         )
     return plugin

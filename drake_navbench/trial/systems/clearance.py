@@ -37,7 +37,7 @@ class Clearance(FloorAware):
     Output `distances` [m]: first the distance between the footprint and the nearest thing that
     stands or moves in the world, 0 where they overlap; then the distance from the reference point
     to the nearest of the lethal cells' centres; then that to the nearest of their lower left
-    corners, the published measure. +inf where nothing is near. Contacts between two samples are
+    corners, the published measure. +inf where nothing is near. Touches between two samples are
     found by ContactWatch.
 
     The distance is exact in the plane. SceneGraph's is not: between prisms on one floor FCL's
@@ -72,7 +72,7 @@ class Clearance(FloorAware):
         self.DeclarePeriodicDiscreteUpdateEvent(period_s, offset_s, weakly_bound(self._on_period))
 
     def set_contact(self, context: Context) -> None:
-        """Sets the clearance to 0, as it is at a contact."""
+        """Sets the clearance to 0, as it is at a touch."""
         context.get_mutable_discrete_state(self._distances)[0] = 0.0
 
     def _on_floor(self, context: Context, state: State, switch: FloorSwitch) -> None:

@@ -16,7 +16,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 
 from drake_navbench.inputs.world_geometry import convex_pieces, prism
 
-# The height of the outline matters for pictures alone: contact is judged in the plane.
+# The height of the outline matters for pictures alone: touches are judged in the plane.
 FOOTPRINT_HEIGHT_M = 1.0
 FOOTPRINT_COLOR = (0.0, 0.45, 0.7, 0.8)
 

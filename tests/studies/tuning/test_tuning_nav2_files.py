@@ -81,8 +81,8 @@ def test_what_is_unknown_refused_or_without_effect_is_told_before_anything_is_dr
         (["--nav2", str(JAZZY), "--goals", "3"], "--map: expected --goals N with it"),
         (["rpp", "--map", WARD, "--goals", "3"], "--map: expected --nav2 FILE with it"),
         (
-            ["--nav2", str(JAZZY), "--plugin", "Other", "--scenarios", "empty"],
-            "--plugin Other: expected one of",
+            ["--nav2", str(JAZZY), "--controller", "Other", "--scenarios", "empty"],
+            "--controller Other: expected one of",
         ),
     ],
 )
