@@ -17,7 +17,7 @@ def board(path, pose=(0.0, 0.0, 0.0)) -> Board:
     def nobody(*_):
         raise AssertionError("cutting a path plans nothing")
 
-    made = Board(nobody, nobody, nobody)
+    made = Board(nobody, nobody, nobody, nobody)
     made.inputs = TickInputs(now_s=0.0, pose=np.array(pose), global_costmap=None)
     made.write_path("path", path)
     return made
