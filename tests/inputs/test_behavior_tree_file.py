@@ -348,3 +348,11 @@ def test_each_navigator_has_its_own_tree_and_writes_its_own_variable(
     if not told:
         found = [node for node in trees.through_poses_tree.iterate() if node.node == "RoundRobin"]
         assert found[0].attributes == {"wrap_around": "true"}
+
+
+def test_behaviortree_cpp_3_also_writes_variables_with_a_dollar(tmp_path):
+    old = PLAIN.replace('goal="{goal}"', 'goal="${goal}"')
+    assert list(faults_of(read_tree_file(write(tmp_path, old)))) == []
+    new = old.replace("<root ", '<root BTCPP_format="4" ')
+    (fault,) = faults_of(read_tree_file(write(tmp_path, new)))
+    assert "expected a variable such as {goal}" in str(fault)

@@ -6,9 +6,13 @@ from py_trees.common import Status
 
 from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION
 from drake_navbench.navigation.behavior_tree.board import GOALS, Board, TickInputs
+from drake_navbench.navigation.behavior_tree.conditions import AlwaysEnds, ArePosesNear
+from drake_navbench.navigation.behavior_tree.decorators import GoalUpdater
 from drake_navbench.navigation.behavior_tree.goal_leaves import (
     AppendGoalPoseToGoals,
+    GetCurrentPose,
     GetNextFewGoals,
+    GetPoseFromPath,
     GoalLists,
     RemoveInCollisionGoals,
     RemovePassedGoals,
@@ -174,3 +178,45 @@ def test_lists_grow_and_are_cut_under_other_names():
     assert tick(GetNextFewGoals("n", shared, GoalLists("longer", "few"), count=2)) is Status.SUCCESS
     assert shared.goals("few")[:, 0].tolist() == [1.0, 2.0]
     assert tick(GetNextFewGoals("n", shared, GoalLists("none", "few"), count=2)) is Status.FAILURE
+
+
+def test_the_robots_pose_and_a_pose_of_a_path_are_written_and_compared():
+    shared = board(0.4)
+    shared.write_path("path", POSES)
+    assert tick(GetCurrentPose("n", shared, result="here")) is Status.SUCCESS
+    first = GetPoseFromPath("n", shared, index=0, source="path", result="there")
+    assert tick(first) is Status.SUCCESS
+    for tolerance_m, expected in ((0.6, Status.SUCCESS), (0.5, Status.FAILURE)):
+        near = ArePosesNear("n", shared, poses=("here", "there"), tolerance_m=tolerance_m)
+        assert tick(near) is expected
+    last = GetPoseFromPath("n", shared, index=-1, source="path", result="there")
+    assert tick(last) is Status.SUCCESS
+    assert shared.pose("there")[0] == 3.0
+    unwritten = ArePosesNear("n", shared, poses=("here", "nowhere"), tolerance_m=9.0)
+    assert tick(unwritten) is Status.FAILURE
+
+
+@pytest.mark.parametrize("index", [3, -4])
+def test_a_pose_beyond_a_path_is_none(index):
+    shared = board()
+    shared.write_path("path", POSES)
+    node = GetPoseFromPath("n", shared, index=index, source="path", result="there")
+    assert tick(node) is Status.FAILURE
+    assert tick(GetPoseFromPath("n", shared, index=0, source="no", result="to")) is Status.FAILURE
+
+
+def test_a_plan_begins_at_the_pose_that_is_given_once_it_is_written():
+    shared = board()
+    node = ComputePathThroughPoses("n", shared, start="dock")
+    tick(node)
+    assert shared.values.path[0, 0] == 0.0
+    shared.write_pose("dock", np.array([0.5, 0.0, 0.0]))
+    tick(node)
+    assert shared.values.path[0, 0] == 0.5
+
+
+def test_the_goal_updater_copies_goals_that_nobody_changes():
+    shared = board()
+    child = AlwaysEnds("n", Status.SUCCESS)
+    assert tick(GoalUpdater("n", child, shared, goals=(GOALS, "kept"))) is Status.SUCCESS
+    np.testing.assert_array_equal(shared.goals("kept"), POSES)
