@@ -223,6 +223,8 @@ def _compute_path(node: type[ComputePathLeaf], attribute: str, variable: str) ->
     def make(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
         # A start that no node writes is the robot's pose.
         start = a.optional_source("start")
+        if not a.flag("use_start", True):
+            start = ""
         goal = a.source(attribute, variable, is_needed=True)
         return node(name, board, goal=goal, start=start, result=a.result("path"))
 
