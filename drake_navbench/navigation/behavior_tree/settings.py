@@ -71,9 +71,9 @@ class BehaviorTreeSettings(QuietModel, PluginBlocks):
     )
     nav2_release: Release = Field(
         NEWEST_RELEASE,
-        description="Whose default trees and nodes: the trees of Lyrical keep a valid path near the "
-        "goal; those of Humble, through poses also Iron's, meet every failure with a recovery, the "
-        "others only where one is useful.",
+        description="Whose default trees and nodes: the trees of Lyrical keep a valid path near "
+        "the goal; those of Humble, through poses also Iron's, meet every failure with a recovery, "
+        "the others only where one is useful.",
     )
     recovery_actions: Annotated[tuple[str, ...], BeforeValidator(tuples_for_lists)] = Field(
         RECOVERY_ACTIONS,
