@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drake_navbench.analysis.metrics.mission import ride_s
+from drake_navbench.analysis.metrics.mission import leads_through_poses, leg_ends_s, ride_s
 from drake_navbench.analysis.metrics.signals import column, poses_at, times
 from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.logs.log import TrialLog
@@ -21,6 +21,7 @@ ACTIONS = frozenset(
         "BackUp",
         "ClearGlobalCostmap",
         "ClearLocalCostmap",
+        "ComputePathThroughPoses",
         "ComputePathToPose",
         "DriveOnHeading",
         "FollowPath",
@@ -29,6 +30,7 @@ ACTIONS = frozenset(
         "Wait",
     }
 )
+PLANNING = ("ComputePathToPose", "ComputePathThroughPoses")
 STATUS_WORDS = {"running": "begins", "success": "succeeds", "failure": "fails"}
 NEW_PLAN = "new plan"
 
@@ -65,23 +67,40 @@ class Deed(NamedTuple):
 
 
 def legs_of(log: TrialLog) -> list[Leg]:
-    """Returns the legs that ended, in order; none where the trial had no navigator."""
-    return [
-        Leg(
-            goal=tuple(leg["goal"]),
-            outcome=leg["outcome"],
-            reason=leg["reason"],
-            start_s=leg["start_time_s"],
-            duration_s=leg["end_time_s"] - leg["start_time_s"],
-            driven_m=_driven_between(log, leg["start_time_s"], leg["end_time_s"]),
-            recoveries=leg["recovery_count"],
-            floor=leg.get("floor", ""),
-            lift=leg.get("lift", ""),
-            lift_s=ride_s(log, leg),
-            clearance_m=_clearance_between(log, leg["start_time_s"], leg["end_time_s"]),
+    """Returns the legs that ended, in order; none where the trial had no navigator.
+
+    A leg of navigate_through_poses ends where the robot is nearest to its pose; see `leg_ends_s`.
+    """
+    legs, ends = log.info.get("legs", []), leg_ends_s(log)
+    goes_through = leads_through_poses(log)
+    starts = [legs[0]["start_time_s"], *ends] if goes_through and legs else []
+    found = []
+    for index, (leg, end_s) in enumerate(zip(legs, ends, strict=True)):
+        start_s = starts[index] if goes_through else leg["start_time_s"]
+        found.append(
+            Leg(
+                goal=tuple(leg["goal"]),
+                outcome=leg["outcome"],
+                reason=_reason(log, leg, end_s) if goes_through else leg["reason"],
+                start_s=start_s,
+                duration_s=end_s - start_s,
+                driven_m=_driven_between(log, start_s, end_s),
+                recoveries=leg["recovery_count"],
+                floor=leg.get("floor", ""),
+                lift=leg.get("lift", ""),
+                lift_s=ride_s(log, leg),
+                clearance_m=_clearance_between(log, start_s, end_s),
+            )
         )
-        for leg in log.info.get("legs", [])
-    ]
+    return found
+
+
+def _reason(log: TrialLog, leg: Mapping[str, Any], end_s: float) -> str:
+    """Returns the reason for the end of a leg; for a pose that was passed with its distance."""
+    if leg["outcome"] != "succeeded" or len(log.samples) == 0:
+        return str(leg["reason"])
+    (at,) = poses_at(log, np.array([end_s]))
+    return f"{leg['reason']}, {math.dist(at[:2], leg['goal'][:2]):.2f} m away"
 
 
 def deeds_of(log: TrialLog) -> list[Deed]:
@@ -102,7 +121,7 @@ def _text(event: Mapping[str, Any]) -> str:
         return f"lift {event['lift']} {event['event']}"
     name, status = event["node"], event["status"]
     # A computed path is already listed as the new plan.
-    is_told_otherwise = name == "ComputePathToPose" and status == "success"
+    is_told_otherwise = name in PLANNING and status == "success"
     if name.partition("-")[0] not in ACTIONS or status not in STATUS_WORDS or is_told_otherwise:
         return ""
     return f"{name} {STATUS_WORDS[status]}"

@@ -104,9 +104,9 @@ def spl(log: TrialLog) -> float:
     """Success weighted by path length; 0 for a trial that failed.
 
     Formula: success L*/max(L, L*). L is the driven length. L* is the length of the first plan,
-    whatever was planned later; with waypoints it is the sum over the first plan of each leg, and a
-    missed waypoint is no success. The goal tolerance lets a good trial drive less than L*; it still
-    scores 1.
+    whatever was planned later; with waypoints it is the sum over the first plan of each leg (in
+    navigate_through_poses the one plan through all poses), and a missed waypoint is no success. The
+    goal tolerance lets a good trial drive less than L*; it still scores 1.
     Source: Anderson et al., "On Evaluation of Embodied Navigation Agents", 2018.
     """
     if not reached_every_goal(log):

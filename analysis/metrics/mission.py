@@ -18,7 +18,10 @@ from drake_navbench.analysis.metrics.signals import (
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.plans import Plan
 
+# A plan comes to a pose where it is nearer than this to its nearest point, m: a map's cell.
+AT_POSE_M = 0.05
 GAVE_UP = (Outcome.ABORTED, Outcome.ERROR)
 
 
@@ -48,9 +51,59 @@ def present_leg(log: TrialLog) -> int:
     return min(max(under_way, 0), len(goals(log)) - 1)
 
 
+def leads_through_poses(log: TrialLog) -> bool:
+    """Returns whether one plan led through all goals (mode navigate_through_poses)."""
+    return bool(log.info["scenario"].get("navigation_mode") == "navigate_through_poses")
+
+
+def leg_ends_s(log: TrialLog) -> list[float]:
+    """Returns the end of each leg that ended, s.
+
+    A pose of navigate_through_poses is passed where the robot is nearest to it, after the pose
+    before and before the navigator ends the leg to the next one: the navigator looks only now and
+    then which poses are passed, and near the last one not at all.
+    """
+    legs = _legs(log)
+    ends = [float(leg["end_time_s"]) for leg in legs]
+    if not leads_through_poses(log) or len(log.samples) == 0:
+        return ends
+    time_s, path = times(log), positions(log)
+    since_s, untils_s = float(time_s[0]), [*ends[1:], float(time_s[-1])]
+    for index, leg in enumerate(legs[: len(goals(log)) - 1]):
+        if leg["outcome"] == "succeeded":
+            rows = np.flatnonzero((time_s >= since_s) & (time_s <= max(untils_s[index], since_s)))
+            distances_m = np.hypot(*(path[rows] - leg["goal"][:2]).T)
+            since_s = float(time_s[rows[np.argmin(distances_m)]])
+            ends[index] = since_s
+        elif index + 1 < len(legs):  # The navigator left the pose out.
+            ends[index] = since_s
+    return ends
+
+
+def plans_of_legs(log: TrialLog) -> tuple[Plan, ...]:
+    """Returns the plan of each leg: the first plan that was made in it.
+
+    In navigate_through_poses the legs are the parts of the very first plan between the poses. A
+    part ends at its first point within 0.05 m of the least distance to its pose.
+    """
+    if not leads_through_poses(log) or not log.first_plans:
+        return log.first_plans
+    plan, begin, parts = log.first_plans[0], 0, []
+    starts = [plan.time_s, *leg_ends_s(log)]
+    for leg, goal in enumerate(goals(log)):
+        distances_m = np.hypot(*(plan.poses[begin:, :2] - goal[:2]).T)
+        end = begin + int((distances_m <= distances_m.min() + AT_POSE_M).argmax())
+        if leg + 1 == len(goals(log)):
+            end = len(plan.poses) - 1
+        part = plan.poses[begin : end + 1]
+        parts.append(Plan(starts[min(leg, len(starts) - 1)], part, leg))
+        begin = end
+    return tuple(parts)
+
+
 def straight_way_m(log: TrialLog) -> float:
     """Returns the sum over the legs of the straight distance from a leg's start to its end, m."""
-    whole_m, ends = 0.0, [leg["end_time_s"] for leg in _legs(log)[: present_leg(log)]]
+    whole_m, ends = 0.0, leg_ends_s(log)[: present_leg(log)]
     parts = stretches(log)
     changes = times(log)[1:][is_carried(log)]
     for part, since_s, until_s in zip(parts, [-np.inf, *changes], [*changes, np.inf], strict=True):
@@ -106,9 +159,10 @@ def ended_on_other_floor(log: TrialLog) -> bool:
 
 def first_plans_length_m(log: TrialLog) -> float:
     """Returns the length of the first plans of all legs; raises Undefined where there is none."""
-    if not any(len(plan.poses) > 1 for plan in log.first_plans):
+    plans = plans_of_legs(log)
+    if not any(len(plan.poses) > 1 for plan in plans):
         raise Undefined("there is no plan")
-    return sum(path_length(plan.poses) for plan in log.first_plans)
+    return sum(path_length(plan.poses) for plan in plans)
 
 
 def leg_lengths_m(log: TrialLog) -> Array:
@@ -119,7 +173,7 @@ def leg_lengths_m(log: TrialLog) -> Array:
     """
     parts = straight_ways_to_goals(log)
     lengths = np.concatenate([np.hypot(*np.diff(part, axis=0).T) for part in parts])
-    for plan in log.first_plans:
+    for plan in plans_of_legs(log):
         lengths[plan.leg] = path_length(plan.poses)
     return lengths
 

@@ -18,6 +18,7 @@ from drake_navbench.analysis.metrics.mission import (
     floor_of_leg,
     goals,
     leg_lengths_m,
+    plans_of_legs,
     present_leg,
 )
 from drake_navbench.analysis.metrics.signals import column, positions, require, time_mean, times
@@ -119,14 +120,15 @@ def plan_progress_ratio(log: TrialLog) -> float:
     Formula: arc length of the first plan's point nearest to the last position / length of the first
     plan. With waypoints: (length of the legs before + arc length on the first plan of the present
     leg) / length of all legs; a leg's length is that of its first plan, or without a plan the
-    straight distance between its goals.
+    straight distance between its goals. In navigate_through_poses the legs are the parts of the
+    first plan between the poses.
     """
     leg, lengths_m = present_leg(log), leg_lengths_m(log)
     if not log.first_plans:
         raise Undefined("there is no plan")
     done_m = lengths_m[:leg].sum()
-    for plan in log.first_plans:
-        if plan.leg == leg:
+    for plan in plans_of_legs(log):
+        if plan.leg == leg and len(plan.poses) > 1:
             done_m += project_on_polyline(positions(log)[-1:], plan.poses[:, :2]).arc_m[0]
     return done_m / lengths_m.sum()
 
@@ -144,7 +146,7 @@ def stall_time_s(log: TrialLog) -> float:
     if log.outcome is Outcome.SUCCEEDED:
         raise Undefined("the trial reached its goal")
     leg = present_leg(log)
-    plan = next((plan for plan in log.first_plans if plan.leg == leg), None)
+    plan = next((plan for plan in plans_of_legs(log) if plan.leg == leg), None)
     if plan is None:
         raise Undefined("there is no plan")
     in_leg = times(log) >= plan.time_s

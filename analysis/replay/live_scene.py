@@ -70,7 +70,8 @@ class Course(NamedTuple):
 
     start: (3,) and goals: (G, 3), each x m, y m, yaw rad, world frame. goal_tolerance_m: None where
     the goal checker has no radius. outline: (K, 2) m, base frame. model: the robot's SDF file; None
-    draws the robot as a prism over its outline.
+    draws the robot as a prism over its outline. is_through_poses: whether the robot passes the
+    goals but the last.
     """
 
     scenario: str
@@ -80,6 +81,7 @@ class Course(NamedTuple):
     goal_tolerance_m: float | None
     outline: NDArray[np.float64]
     model: Path | None
+    is_through_poses: bool = False
 
 
 class LiveScene:
@@ -109,7 +111,13 @@ class LiveScene:
         bounds = Bounds.around(ends, MARGIN_M)
         self.page = self._page(course.scenario, controller, subtitle, bounds)
         add_scene(self._stage, course.world, course=bounds)
-        add_task(self._stage, course.start, course.goals, course.goal_tolerance_m)
+        add_task(
+            self._stage,
+            course.start,
+            course.goals,
+            course.goal_tolerance_m,
+            is_through_poses=course.is_through_poses,
+        )
         self._moving = draw_moving(self._stage, course.world.moving)
         for index in range(len(course.world.people)):
             self._moving.append(f"{self._paths.people}/{index}")

@@ -12,7 +12,7 @@ from pydrake.geometry import Rgba
 
 from drake_navbench.analysis.colors import controller_color
 from drake_navbench.analysis.metrics.body import outline_of
-from drake_navbench.analysis.metrics.mission import goals
+from drake_navbench.analysis.metrics.mission import goals, leads_through_poses
 from drake_navbench.analysis.metrics.movers import movers_of
 from drake_navbench.analysis.metrics.signals import stretches
 from drake_navbench.analysis.replay import intentions
@@ -203,7 +203,13 @@ def _add_surroundings(
     course = Bounds.around(points, reach_m + COURSE_MARGIN_M)
     add_scene(stage, _world(logs[0]), course=course)
     checker = logs[0].info["robot"]["navigation"]["goal_checker"]
-    add_task(stage, start, goals(logs[0]), goal_tolerance_m(checker))
+    add_task(
+        stage,
+        start,
+        goals(logs[0]),
+        goal_tolerance_m(checker),
+        is_through_poses=leads_through_poses(logs[0]),
+    )
     return course
 
 

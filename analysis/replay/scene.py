@@ -95,16 +95,25 @@ def goal_tolerance_m(checker: Mapping[str, Any]) -> float | None:
     return checker.get("xy_goal_tolerance", checker.get("coarse_xy_goal_tolerance"))
 
 
-def add_task(stage: Stage, start: Array, goals: Array, goal_tolerance_m: float | None) -> None:
+def add_task(
+    stage: Stage,
+    start: Array,
+    goals: Array,
+    goal_tolerance_m: float | None,
+    *,
+    is_through_poses: bool = False,
+) -> None:
     """Draws the start, and waypoints and goal with the circle that the goal checker accepts.
 
     start: (3,), goals: (G, 3), the waypoints and then the goal, x m, y m, yaw rad.
     goal_tolerance_m: the circle's radius, None where the checker accepts no circle.
+    is_through_poses: the checker looks at the goal alone; waypoints have no circle.
     """
     *waypoints, goal = goals
+    at_waypoint_m = None if is_through_poses else goal_tolerance_m
     for name, pose, radius_m in (
         ("start", start, START_RADIUS_M),
-        *((f"waypoint/{i}", pose, goal_tolerance_m) for i, pose in enumerate(waypoints)),
+        *((f"waypoint/{i}", pose, at_waypoint_m) for i, pose in enumerate(waypoints)),
         ("goal", goal, goal_tolerance_m),
     ):
         if radius_m is not None:

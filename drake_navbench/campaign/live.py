@@ -203,4 +203,5 @@ def _course(spec: TrialSpec) -> Course:
         goal_tolerance_m(robot.navigation.goal_checker.model_dump()),
         robot.outline,
         robot.model_path,
+        scenario.navigation_mode == "navigate_through_poses",
     )

@@ -70,13 +70,16 @@ class FloorScenario(QuietModel):
     )
     plan: Plan = Field(default_factory=lambda: GridPlan(type="planner"))
     waypoints: list[Pose] = Field(
-        default_factory=list, description="Goals to reach in order before `goal`."
+        default_factory=list,
+        description="Goals to reach in order before `goal`; in navigate_through_poses poses to "
+        "pass.",
     )
-    navigation_mode: Literal["follow_path", "navigate_to_pose"] = Field(
+    navigation_mode: Literal["follow_path", "navigate_to_pose", "navigate_through_poses"] = Field(
         "follow_path",
         description="follow_path: plan once, abort when the controller fails. "
         "navigate_to_pose: Nav2's default behaviour tree, with replanning and "
-        "recoveries.",
+        "recoveries, to each goal. navigate_through_poses: likewise, with one plan through all "
+        "waypoints to the goal, at which alone the robot stops.",
     )
     timeout_s: Duration = Field(
         120.0, gt=0.0, description="Time after which the trial ends as timed_out [s]."

@@ -144,18 +144,20 @@ class Scenario(FloorScenario):
 
     @model_validator(mode="after")
     def _check_mode(self) -> Scenario:
-        if self.floors and self.navigation_mode == "follow_path":
+        if self.floors and self.navigation_mode != "navigate_to_pose":
             raise ValueError(
-                "navigation_mode: expected navigate_to_pose for a mission, got follow_path"
+                "navigation_mode: expected navigate_to_pose for a mission, got "
+                f"{self.navigation_mode}"
             )
         if self.navigation_mode == "follow_path" and self.waypoints:
             raise ValueError(
-                "waypoints: expected navigation_mode navigate_to_pose, got follow_path"
+                "waypoints: expected navigation_mode navigate_to_pose or navigate_through_poses, "
+                "got follow_path"
             )
-        if self.navigation_mode == "navigate_to_pose" and self.plan.type != "planner":
+        if self.navigation_mode != "follow_path" and self.plan.type != "planner":
             raise ValueError(
-                "navigation_mode: navigate_to_pose plans again and again, so plan must be of type "
-                f"planner, got {self.plan.type}"
+                f"navigation_mode: {self.navigation_mode} plans again and again, so plan must be "
+                f"of type planner, got {self.plan.type}"
             )
         return self
 

@@ -39,7 +39,8 @@ class Plan(Immutable):
     """A global plan, in force from its arrival at the controller server until the next plan's.
 
     time_s: the time of its arrival. poses: (N, 3) x m, y m, yaw rad. leg: the number, from 0, of
-    the goal that it leads to; a trial without waypoints has one leg.
+    the goal that it leads to; a trial without waypoints has one leg, and so has one in the mode
+    navigate_through_poses, whose plans lead through all poses that are left.
     """
 
     time_s: float

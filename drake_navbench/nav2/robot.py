@@ -64,6 +64,7 @@ from drake_navbench.nav2.servers import (
     straight_drive_of,
 )
 from drake_navbench.nav2.substitutions import Substitutions
+from drake_navbench.navigation.behavior_tree.settings import NAVIGATOR_OF
 from drake_navbench.typed_files.dotted_names import flattened
 from drake_navbench.typed_files.typed_yaml import validate
 
@@ -284,14 +285,15 @@ class _Files:
                 fields = merged(fields, read(self._reader(node)))
             elif name not in OPTIONAL:
                 self._note_missing(name)
-        tree = fields["behavior_tree"].get("tree")
-        if tree is not None:
-            fields["behavior_tree"]["tree"] = tree_of(self._release.release, tree)
+        given = fields["behavior_tree"]
+        trees = {name: given[name] for name in NAVIGATOR_OF if name in given}
+        for name, tree in trees.items():
+            given[name] = tree_of(self._release.release, tree)
         if "behavior_server" not in fields:
             fields |= self._own_behaviors()
         smoother = self._find(SMOOTHER_SERVER)
         if smoother is not None:
-            is_asked = tree is not None and has_node(tree, SMOOTHING_NODE)
+            is_asked = any(has_node(tree, SMOOTHING_NODE) for tree in trees.values())
             fields |= read_smoother_server(self._reader(smoother), is_asked=is_asked)
         return fields
 

@@ -17,6 +17,7 @@ from drake_navbench.nav2.controller_server import plugin_block
 from drake_navbench.nav2.node_reader import WITHOUT_MEANING, NodeReader
 from drake_navbench.nav2.tree_files import installed_tree, tree_beside
 from drake_navbench.navigation.behavior_tree.settings import (
+    NAVIGATOR_OF,
     RECOVERY_ACTIONS,
     BehaviorTreeSettings,
 )
@@ -49,13 +50,17 @@ DEFAULT_SMOOTHER = "simple_smoother"
 WAIT_AT_WAYPOINT = "nav2_waypoint_follower::WaitAtWaypoint"
 # The name that Nav2's default behaviour tree asks for if there are several planners.
 DEFAULT_PLANNER = "GridBased"
-# The parameter that names the tree's file, and its names up to Foxy.
+# The parameter that names a tree's file -> the field for the tree. Then its names up to Foxy.
 TREE_FILE = "default_nav_to_pose_bt_xml"
+TREE_FILES = {TREE_FILE: "tree", "default_nav_through_poses_bt_xml": "through_poses_tree"}
 OLD_TREE_FILES = ("default_bt_xml_filename", "bt_xml_filename")
-# Names of the default tree in Nav2's releases.
+# Names of the default trees in Nav2's releases.
 DEFAULT_TREES = {
-    "navigate_w_replanning_and_recovery.xml",
-    "navigate_to_pose_w_replanning_and_recovery.xml",
+    "tree": {
+        "navigate_w_replanning_and_recovery.xml",
+        "navigate_to_pose_w_replanning_and_recovery.xml",
+    },
+    "through_poses_tree": {"navigate_through_poses_w_replanning_and_recovery.xml"},
 }
 # Behaviours of Nav2: type without its package -> the default tree's recovery action.
 RECOVERY_OF: Mapping[str, str] = {
@@ -231,12 +236,13 @@ def _recovery_action(reader: NodeReader, name: str, plugin_type: str) -> str:
 
 
 def read_bt_navigator(reader: NodeReader, release: Release) -> Fields:
-    """Returns the navigator's behaviour tree: the default one, or that of an XML file."""
+    """Returns the navigators' behaviour trees: the default ones, or those of XML files."""
     values = reader.block(BehaviorTreeSettings, names=("bt_loop_duration",))
-    if reader.text(TREE_FILE).rpartition("/")[2]:
-        values |= _tree_of(reader, TREE_FILE, release)
+    for name in TREE_FILES:
+        if reader.text(name).rpartition("/")[2]:
+            values |= _tree_of(reader, name, release)
     for name in OLD_TREE_FILES:
-        if reader.text(name).rpartition("/")[2] in DEFAULT_TREES:
+        if reader.text(name).rpartition("/")[2] in DEFAULT_TREES["tree"]:
             reader.note(Status.NO_MEANING, name)
         elif reader.given(name):
             reader.note(Status.UNREAD, name, f"since galactic {TREE_FILE} is read in its place")
@@ -246,11 +252,11 @@ def read_bt_navigator(reader: NodeReader, release: Release) -> Fields:
 
 def _tree_of(reader: NodeReader, name: str, release: Release) -> Fields:
     """Returns the tree of an XML file, nothing where it cannot be used."""
-    named = reader.text(name)
+    named, field = reader.text(name), TREE_FILES[name]
     file_name = named.rpartition("/")[2]
     folder = reader.node.parameters[name].file.parent
     found = tree_beside(folder, named)
-    if found is None and file_name in DEFAULT_TREES:
+    if found is None and file_name in DEFAULT_TREES[field]:
         return {}
     if found is None:
         found = installed_tree(file_name, release)
@@ -268,9 +274,9 @@ def _tree_of(reader: NodeReader, name: str, release: Release) -> Fields:
     except InputError as error:
         reader.note(Status.STAND_IN, name, f"{error}; Nav2's default tree is used instead")
         return {}
-    faults = list(faults_of(tree))
+    faults = list(faults_of(tree, NAVIGATOR_OF[field]))
     if not faults:
-        return {"tree": tree.model_dump(mode="json")}
+        return {field: tree.model_dump(mode="json")}
     told = "; ".join(f"line {fault.line}, {fault}" for fault in faults)
     remark = f"{file_name}: {told}; Nav2's default tree is used instead"
     reader.note(Status.STAND_IN, name, remark)

@@ -32,6 +32,12 @@ class PlanningError(NavbenchError):
     code: ClassVar[int] = 200
 
 
+class UnknownFrame(PlanningError):
+    """A pose is in no frame, since nothing has written it: Nav2's PlannerTFError."""
+
+    code = 202
+
+
 class StartOutsideMapBounds(PlanningError):
     """The start does not lie on the map."""
 
@@ -66,6 +72,12 @@ class NoValidPathCouldBeFound(PlanningError):
     """The goal cannot be reached."""
 
     code = 208
+
+
+class NoViapointsGiven(PlanningError):
+    """There is no pose to plan through; 309 in ComputePathThroughPoses, which alone knows it."""
+
+    code = 209
 
 
 class Planner(Protocol):
@@ -147,3 +159,23 @@ def is_path_valid(
         if cost >= blocked_from:
             return False
     return True
+
+
+def cost_of_pose(
+    pose: NDArray[np.float64],
+    costmap: Costmap,
+    uses_outline: bool,
+    *,
+    footprint: NDArray[np.float64],
+) -> int | None:
+    """Returns the cost at a pose (3,) x m, y m, yaw rad, as Nav2's service get_cost does.
+
+    footprint: (K, 2) padded, m. uses_outline: take the largest cost under it, LETHAL off the map;
+    otherwise the cost of the cell under the centre, None off the map.
+    """
+    x, y, yaw = pose
+    if uses_outline:
+        return int(footprint_cost(costmap.grid, footprint, x, y, yaw, True))
+    if cell_at(costmap.grid, x, y)[0] < 0:
+        return None
+    return int(cost_at(costmap.grid, x, y, LETHAL))

@@ -86,6 +86,22 @@ class ClearRequest(Immutable):
     time_s: float
 
 
+class PoseState(Enum):
+    """The states of a pose of NavigateThroughPoses: Nav2's waypoint statuses."""
+
+    PENDING = auto()
+    PASSED = auto()
+    SKIPPED = auto()
+
+
+@dataclass(frozen=True)
+class TaskPose(Immutable):
+    """A pose of NavigateThroughPoses, x m, y m, yaw rad, and its state."""
+
+    pose: tuple[float, float, float]
+    state: PoseState = PoseState.PENDING
+
+
 @dataclass(frozen=True)
 class Leg(Immutable):
     """The course of the drive to one goal.

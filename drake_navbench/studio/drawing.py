@@ -220,8 +220,10 @@ def moved_on(thing: Mapping[str, Any], to: Point, speed_mps: float) -> dict[str,
 
 
 def with_waypoint(content: Mapping[str, Any], place: Place, at: Sequence[float]) -> dict[str, Any]:
-    """Adds a waypoint, and the navigation mode in which Nav2's tree drives through waypoints."""
+    """Adds a waypoint, and a navigation mode in which Nav2's tree drives through waypoints."""
     changed = with_added(content, place, list(at))
+    if content.get("navigation_mode") == "navigate_through_poses":
+        return changed
     return with_entry(changed, ("navigation_mode",), "navigate_to_pose")
 
 

@@ -8,9 +8,13 @@ from functools import partial
 from pydrake.systems.framework import DiagramBuilder, LeafSystem, OutputPort
 
 from drake_navbench.controller import Controller
+from drake_navbench.inputs.navigation_settings import NavigationSettings
 from drake_navbench.inputs.robot import Robot
+from drake_navbench.navigation.behavior_tree.board import Board
+from drake_navbench.navigation.behavior_tree.description import NAVIGATE_THROUGH_POSES
 from drake_navbench.navigation.monitor_sources import Mountings
-from drake_navbench.navigation.planner import is_path_valid
+from drake_navbench.navigation.planner import cost_of_pose, is_path_valid
+from drake_navbench.navigation.poses_follower import PosesFollower
 from drake_navbench.navigation.waypoint_follower import WaypointFollower
 from drake_navbench.trial.floors import mission_follower, tick_period_s
 from drake_navbench.trial.planning import path_smoother_of
@@ -128,24 +132,21 @@ def _add_tree_navigation(
 
     Returns the navigator and the port of the command, the controller's or a behaviour's.
     """
-    navigation, floors = robot.navigation, task.floors
-    if floors is None:
-        follower = WaypointFollower(task.goals, navigation.waypoint_follower)
-    else:
-        follower = mission_follower(floors, navigation)
+    navigation = robot.navigation
+    outline = robot.padded_outline
     global_costmap = _add_global_costmap(builder, robot, task, signals)
     navigator = builder.AddNamedSystem(
         "navigator",
         TreeNavigator(
             navigation.behavior_tree,
-            follower,
-            make_plan=task.make_plan,
-            is_path_valid=partial(
-                is_path_valid,
-                footprint=robot.padded_outline,
-                is_circle=robot.is_circle,
+            _follower_of(task, navigation),
+            Board(
+                task.make_plan,
+                partial(is_path_valid, footprint=outline, is_circle=robot.is_circle),
+                path_smoother_of(robot),
+                partial(cost_of_pose, footprint=outline),
+                navigation.behavior_tree.nav2_release,
             ),
-            smooth_path=path_smoother_of(robot),
             period_s=tick_period_s(navigation),
             offset_s=NAVIGATOR_OFFSET_S,
         ),
@@ -154,7 +155,7 @@ def _add_tree_navigation(
         "behavior_server",
         BehaviorServer(
             navigation.behavior_server,
-            footprint=robot.padded_outline,
+            footprint=outline,
             offset_s=BEHAVIOR_OFFSET_S,
         ),
     )
@@ -179,6 +180,15 @@ def _add_tree_navigation(
     connect_inputs(builder, local_costmap, clear_request=clear_local)
     connect_inputs(builder, global_costmap, clear_request=navigator.GetOutputPort("clear_global"))
     return navigator, behaviors.GetOutputPort("command")
+
+
+def _follower_of(task: NavigateToPoses, navigation: NavigationSettings) -> WaypointFollower:
+    """Returns the order in which the goals of a task are driven to."""
+    if task.floors is not None:
+        return mission_follower(task.floors, navigation)
+    if task.navigator == NAVIGATE_THROUGH_POSES:
+        return PosesFollower(task.goals)
+    return WaypointFollower(task.goals, navigation.waypoint_follower)
 
 
 def _add_global_costmap(

@@ -11,7 +11,11 @@ from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.scenario_plan import GridPlan
 from drake_navbench.navigation.behavior_tree.board import Board
-from drake_navbench.navigation.behavior_tree.navigate_to_pose import navigate_to_pose_tree
+from drake_navbench.navigation.behavior_tree.description import (
+    NAVIGATE_THROUGH_POSES,
+    NAVIGATE_TO_POSE,
+)
+from drake_navbench.navigation.behavior_tree.navigators import navigator_tree
 from drake_navbench.navigation.behaviors import make_behaviors
 from drake_navbench.navigation.checker_settings import make_goal_checker, make_progress_checker
 from drake_navbench.navigation.costmaps.layered_costmap import local_layers
@@ -20,11 +24,16 @@ from drake_navbench.trial.planning import global_layers, planner_of
 
 
 def check_running_stack(scenario: Scenario, preset: Preset) -> None:
-    """Raises InputError where a column is a running stack and the scenario has several floors."""
-    if preset.is_running_stack and scenario.floors:
+    """Raises InputError where a column is a running stack that cannot be given the task."""
+    if not preset.is_running_stack:
+        return
+    its = f"scenario {scenario.name}: {preset.name} is a running stack, which"
+    if scenario.floors:
+        raise InputError(f"{its} drives on one floor; expected a scenario without floors")
+    if scenario.navigation_mode == NAVIGATE_THROUGH_POSES:
         raise InputError(
-            f"scenario {scenario.name}: {preset.name} is a running stack, which drives on one "
-            "floor; expected a scenario without floors"
+            f"{its} is sent one goal after another; navigation_mode: expected navigate_to_pose, "
+            "got navigate_through_poses"
         )
 
 
@@ -45,5 +54,9 @@ def check_plugins(scenario: Scenario, robot: Robot) -> None:
         lambda start, goal, costmap: np.array([start]),
         lambda path, costmap: True,
         lambda path, costmap: path,
+        lambda pose, costmap, uses_outline: None,
     )
-    navigate_to_pose_tree(nobody, navigation.behavior_tree)
+    mode = scenario.navigation_mode
+    navigator_tree(
+        nobody, navigation.behavior_tree, NAVIGATE_TO_POSE if mode == "follow_path" else mode
+    )

@@ -17,6 +17,7 @@ from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.navigation.behavior_tree.board import MakePlan
+from drake_navbench.navigation.behavior_tree.description import NAVIGATE_TO_POSE
 from drake_navbench.navigation.costmaps.layered_costmap import LayeredCostmap
 from drake_navbench.navigation.waypoint_follower import Pose
 from drake_navbench.processes.version import __version__
@@ -109,11 +110,12 @@ class FollowPlan:
 
 @dataclass(frozen=True)
 class NavigateToPoses:
-    """A task in the mode navigate_to_pose.
+    """A task in the modes navigate_to_pose and navigate_through_poses.
 
     goals: one after another. make_plan: function from start, goal and global costmap to a plan.
     global_layers: layers of the global costmap. start_pose: (3,) x m, y m, yaw rad. floors: the
-    floors of a mission, None without one; the other fields are about the first floor.
+    floors of a mission, None without one; the other fields are about the first floor. navigator:
+    the mode.
     """
 
     goals: tuple[Pose, ...]
@@ -121,6 +123,7 @@ class NavigateToPoses:
     global_layers: LayeredCostmap
     start_pose: NDArray[np.float64]
     floors: TrialFloors | None = None
+    navigator: str = NAVIGATE_TO_POSE
 
     @classmethod
     def floors_of(cls, task: object) -> TrialFloors | None:

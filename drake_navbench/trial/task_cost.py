@@ -87,7 +87,7 @@ def _needs(scenario: Scenario, robot: Robot) -> Iterator[Need]:
         LOCAL_UPDATE_S_PER_CELL * cells * local.update_frequency * duration_s,
     )
     plans = 1.0
-    if scenario.navigation_mode == "navigate_to_pose":
+    if scenario.navigation_mode != "follow_path":
         plans = max(1.0, navigation.global_costmap.update_frequency * duration_s)
     places = scenario.places
     for place in places:

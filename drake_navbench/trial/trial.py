@@ -232,6 +232,7 @@ def trial_task(spec: TrialSpec) -> FollowPlan | NavigateToPoses | StackTask:
         global_layers=global_layers(scenario.places[0], robot),
         start_pose=scenario.start_pose(spec.seed),
         floors=trial_floors(scenario, robot, spec.seed),
+        navigator=scenario.navigation_mode,
     )
 
 

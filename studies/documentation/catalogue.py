@@ -27,7 +27,7 @@ Which plan a formula means, where a trial has several:
 
 - *First plan*: the plan made at the start, the only one in `follow_path`. With waypoints it is the
   first plan of each leg, one behind the other (`course` of a `TrialLog`; one by one,
-  `first_plans`).
+  `first_plans`), in `navigate_through_poses` the one plan through all poses.
 - *Plan in force* at a time: the latest plan that the controller had been given by then, also
   during recoveries and pauses. Metrics of tracking leave out the time before the first plan.
 

@@ -316,3 +316,43 @@ def test_for_a_tree_of_a_package_that_is_not_there_the_default_one_stands_in(tmp
     assert "'behavior_trees/main.xml' of the package nav2_bt_navigator is not there" in row.remark
     assert row.remark.endswith("Nav2's default tree is used instead")
     assert setup.robot.navigation.behavior_tree.tree is None
+
+
+THROUGH = PLAIN.replace(
+    '<ComputePathToPose goal="{goal}" path="{path}"/>',
+    '<ReactiveSequence><RemovePassedGoals input_goals="{goals}" output_goals="{goals}" radius="1"/>'
+    '<ComputePathThroughPoses goals="{goals}" path="{path}"/></ReactiveSequence>',
+)
+
+
+@pytest.mark.parametrize(
+    ("parameter", "text", "told"),
+    [
+        ("default_nav_through_poses_bt_xml", THROUGH, ""),
+        ("default_nav_through_poses_bt_xml", PLAIN, "ComputePathToPose: goal: no node writes"),
+        ("default_nav_to_pose_bt_xml", THROUGH, "input_goals: no node writes {goals}"),
+    ],
+)
+def test_each_navigator_has_its_own_tree_and_writes_its_own_variable(
+    tmp_path, parameter, text, told
+):
+    write(tmp_path, text)
+    path = tmp_path / "nav2.yaml"
+    named = f"{parameter}: drive.xml"
+    path.write_text(JAZZY.read_text().replace("bt_loop_duration: 20", named))
+    setup = read_nav2_files([path], load_robot("round_robot"), "round_robot")
+    trees = setup.robot.navigation.behavior_tree
+    assert trees.tree is None
+    assert [told in row.remark for row in setup.check.stand_ins] == ([True] if told else [])
+    assert (trees.through_poses_tree is None) is bool(told)
+    if not told:
+        found = [node for node in trees.through_poses_tree.iterate() if node.node == "RoundRobin"]
+        assert found[0].attributes == {"wrap_around": "true"}
+
+
+def test_behaviortree_cpp_3_also_writes_variables_with_a_dollar(tmp_path):
+    old = PLAIN.replace('goal="{goal}"', 'goal="${goal}"')
+    assert list(faults_of(read_tree_file(write(tmp_path, old)))) == []
+    new = old.replace("<root ", '<root BTCPP_format="4" ')
+    (fault,) = faults_of(read_tree_file(write(tmp_path, new)))
+    assert "expected a variable such as {goal}" in str(fault)

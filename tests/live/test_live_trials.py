@@ -152,6 +152,9 @@ def test_waypoints_are_sent_one_after_another(domain):
 def test_wrong_input_is_one_line_before_anything_drives(domain, monkeypatch):
     with pytest.raises(InputError, match="two_floors: live is a running stack, which"):
         run_trial("two_floors", live(domain))
+    through = way().model_copy(update={"navigation_mode": "navigate_through_poses"})
+    with pytest.raises(InputError, match="one goal after another; navigation_mode: expected"):
+        run_trial(through, live(domain), robot=ROBOT)
     log = run_trial(way(), live(domain, topics={"scam": "/front"}), robot=ROBOT)
     assert log.info["reason"] == (
         "live: topics: 'scam' is no topic of this robot; did you mean 'scan'?"

@@ -84,6 +84,7 @@ def test_an_independent_reader_decodes_every_message_by_the_schemas_in_the_file(
     assert missing == {
         "/moving_obstacles",
         "/navigate_to_pose/_action/status",
+        "/navigate_through_poses/_action/status",
         "/trajectories",
     }
 

@@ -138,6 +138,9 @@ def test_a_waypoint_is_a_goal_before_the_goal_which_the_loader_takes():
     assert content["navigation_mode"] == "navigate_to_pose"
     goals = DrawnScenario(content, "drawn.yaml").scenario().goals
     assert goals == ((2.0, 1.0, 1.571), (5.0, 0.0, 0.0))
+    through = EMPTY_FLOOR | {"navigation_mode": "navigate_through_poses"}
+    content = dragged(through, hold("Waypoint"), (2.0, 1.0), (2.0, 2.0))
+    assert content["navigation_mode"] == "navigate_through_poses"
     assert "waypoints" not in drawing.without(content, ("waypoints", 0))
 
 

@@ -14,7 +14,10 @@ from drake_navbench.logs.log import Outcome
 @pytest.mark.parametrize(
     ("fields", "message"),
     [
-        ({"navigation_mode": "navigate"}, "navigation_mode: .*'follow_path' or 'navigate_to_pose'"),
+        (
+            {"navigation_mode": "navigate"},
+            "navigation_mode: .*'navigate_to_pose' or 'navigate_through_poses'",
+        ),
         (
             {"navigation_mode": "follow_path", "waypoints": [[1.0, 0.0, 0.0]]},
             "waypoints: expected navigation_mode navigate_to_pose",

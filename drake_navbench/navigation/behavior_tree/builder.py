@@ -9,9 +9,13 @@ import difflib
 from collections.abc import Iterator
 from typing import Any
 
-from drake_navbench.navigation.behavior_tree.board import Board
+from drake_navbench.navigation.behavior_tree.board import GOAL, GOALS, Board
 from drake_navbench.navigation.behavior_tree.control_nodes import TreeNode
-from drake_navbench.navigation.behavior_tree.description import NodeDescription
+from drake_navbench.navigation.behavior_tree.description import (
+    NAVIGATE_THROUGH_POSES,
+    NAVIGATE_TO_POSE,
+    NodeDescription,
+)
 from drake_navbench.navigation.behavior_tree.node_attributes import (
     Attributes,
     NotOurs,
@@ -28,39 +32,29 @@ SELECTORS = (
     "ProgressCheckerSelector",
     "SmootherSelector",
 )
+# The variable that a navigator writes.
+WRITTEN_BY = {NAVIGATE_TO_POSE: GOAL, NAVIGATE_THROUGH_POSES: GOALS}
 # Some are spelled like nodes that are here, but are no misspellings of these.
 # Source: nav2_behavior_tree, branches humble to lyrical.
 MISSING_NODES_OF_NAV2 = frozenset(
     {
-        "AppendGoalPoseToGoals",
         "AreErrorCodesPresent",
-        "ArePosesNear",
         "AssistedTeleop",
+        "ClearCostmapAroundPose",
         "ClearCostmapAroundRobot",
         "ClearCostmapExceptRegion",
         "ComputeAndTrackRoute",
-        "ComputePathThroughPoses",
         "ComputeRoute",
-        "ConcatenatePaths",
         "DockRobot",
         "ExtractRouteNodesAsGoals",
         "FollowObject",
-        "GetCurrentPose",
-        "GetNextFewGoals",
-        "GetPoseFromPath",
-        "InitialPoseReceived",
-        "IsBatteryCharging",
-        "IsBatteryLow",
         "IsStuck",
         "NavigateThroughPoses",
         "NavigateToPose",
-        "NonblockingSequence",
-        "PauseSequence",
+        "PauseResumeController",
+        "PersistentSequence",
         "ReinitializeGlobalLocalization",
-        "RemoveInCollisionGoals",
-        "RemovePassedGoals",
         "ToggleCollisionMonitor",
-        "TransformAvailable",
         "UndockRobot",
         "WouldARouteRecoveryHelp",
     }
@@ -69,12 +63,14 @@ MISSING_NODES_OF_NAV2 = frozenset(
 MISSPELLED = 0.8
 
 
-def build_tree(description: NodeDescription, board: Board) -> TreeNode:
-    """Returns the root of a tree whose leaves read and write `board`.
+def build_tree(
+    description: NodeDescription, board: Board, navigator: str = NAVIGATE_TO_POSE
+) -> TreeNode:
+    """Returns the root of a navigator's tree whose leaves read and write `board`.
 
     Raises NotOurs where a node, a number of children or an attribute is not supported.
     """
-    variables = Variables()
+    variables = Variables({WRITTEN_BY[navigator]})
     root = _built(description, board, variables)
     for variable, fault in variables.read:
         if variable not in variables.written:
@@ -113,8 +109,8 @@ def _missing(description: NodeDescription) -> NotOurs:
     return NotOurs(f"{node}: no such node here{hint}", description.line)
 
 
-def faults_of(description: NodeDescription) -> Iterator[NotOurs]:
-    """Yields the nodes and attributes of a tree that are not supported; none if it can be built."""
+def faults_of(description: NodeDescription, navigator: str = NAVIGATE_TO_POSE) -> Iterator[NotOurs]:
+    """Yields the nodes and attributes of a navigator's tree that are not supported."""
 
     def plan_nothing(*_: object) -> None:
         raise AssertionError("a tree that is only checked plans nothing")
@@ -126,6 +122,6 @@ def faults_of(description: NodeDescription) -> Iterator[NotOurs]:
         return
     try:
         nobody: Any = plan_nothing
-        build_tree(description, Board(nobody, nobody, nobody))
+        build_tree(description, Board(nobody, nobody, nobody, nobody), navigator)
     except NotOurs as fault:
         yield fault

@@ -1,7 +1,7 @@
 """Conditions that look at the clock, the way driven, the path and the goal.
 
-Source: nav2_behavior_tree (TimeExpired, DistanceTraveled, PathExpiringTimer, GoalReached), branches
-humble to lyrical, and BehaviorTree.CPP 4.
+Source: nav2_behavior_tree (TimeExpired, DistanceTraveled, PathExpiringTimer, GoalReached,
+ArePosesNear), branches humble to lyrical, and BehaviorTree.CPP 4.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from py_trees.common import Status
 
-from drake_navbench.navigation.behavior_tree.board import PATH, Board
+from drake_navbench.navigation.behavior_tree.board import GOAL, PATH, Board
 from drake_navbench.navigation.behavior_tree.control_nodes import NANOSECOND_DIGITS, TreeNode
 from drake_navbench.navigation.behavior_tree.leaves import Leaf
 
@@ -108,13 +108,35 @@ class DistanceTraveled(Leaf):
         return Status.SUCCESS
 
 
-class GoalReached(Leaf):
-    """Success where the robot is within 0.25 m of the goal."""
+class ArePosesNear(Leaf):
+    """Success where two poses, by their names on the board, are within a distance of each other."""
+
+    def __init__(self, name: str, board: Board, *, poses: tuple[str, str], tolerance_m: float):
+        super().__init__(name, board)
+        self._poses = poses
+        self._tolerance_m = tolerance_m
 
     def update(self) -> Status:
-        """Tells whether the robot is near enough to the goal."""
-        goal = self.board.values.goal
-        assert goal is not None  # The navigator sets it before the first tick.
+        """Compares the distance; fails before both poses are written."""
+        one, other = map(self.board.pose, self._poses)
+        if one is None or other is None:
+            return Status.FAILURE
+        is_near = math.dist(one[:2], other[:2]) <= self._tolerance_m
+        return Status.SUCCESS if is_near else Status.FAILURE
+
+
+class GoalReached(Leaf):
+    """Success where the robot is within 0.25 m of the goal, a pose by its name on the board."""
+
+    def __init__(self, name: str, board: Board, *, goal: str = GOAL) -> None:
+        super().__init__(name, board)
+        self._goal = goal
+
+    def update(self) -> Status:
+        """Tells whether the robot is near enough to the goal; not before the goal is written."""
+        goal = self.board.pose(self._goal)
+        if goal is None:
+            return Status.FAILURE
         is_near = math.dist(goal[:2], self.board.inputs.pose[:2]) <= GOAL_TOLERANCE_M
         return Status.SUCCESS if is_near else Status.FAILURE
 

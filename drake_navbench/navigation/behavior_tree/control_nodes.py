@@ -6,8 +6,8 @@ makes the children idle when the parent ends, and so do these nodes. Idle is `St
 
 Everything that a node remembers beyond its status is named in its `MEMORY`, so that a snapshot can
 take it (see `drake_navbench.navigation.behavior_tree.snapshot`).
-Source: nav2_behavior_tree (RecoveryNode, PipelineSequence, RoundRobinNode, RateController) of
-branch lyrical, and BehaviorTree.CPP 4.
+Source: nav2_behavior_tree (RecoveryNode, PipelineSequence, NonblockingSequence, RoundRobinNode,
+RateController) of branch lyrical, and BehaviorTree.CPP 4.
 """
 
 from __future__ import annotations
@@ -249,6 +249,23 @@ class PipelineSequence(ControlNode):
     def terminate(self, new_status: Status) -> None:
         """Makes the next run begin with the first child."""
         self.farthest = 0
+
+
+class NonblockingSequence(ControlNode):
+    """Ticks all children at every tick; success when all succeed in one tick.
+
+    Any failure halts all children.
+    """
+
+    def _run(self) -> Generator[Behaviour, None, Status]:
+        result = Status.SUCCESS
+        for child in self.children:
+            yield from child.tick()
+            if child.status == Status.FAILURE:
+                return Status.FAILURE
+            if child.status == Status.RUNNING:
+                result = Status.RUNNING
+        return result
 
 
 class RoundRobinNode(ControlNode):

@@ -267,11 +267,35 @@ class RetryUntilSuccessful(_Again):
     AGAIN_AFTER = Status.FAILURE
 
 
-class PassedOn(ControlNode):
-    """Returns its child's status, as Nav2's GoalUpdater does as long as no new goal arrives."""
+class GoalUpdater(ControlNode):
+    """Copies a goal and a list of goals to other variables, and ticks its child.
+
+    Nobody sends a new goal here. goal, goals: names on the board (from, to); '' leaves one out.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        child: TreeNode,
+        board: Board,
+        *,
+        goal: tuple[str, str] = ("", ""),
+        goals: tuple[str, str] = ("", ""),
+    ) -> None:
+        super().__init__(name, [child])
+        self._board = board
+        self._goal = goal
+        self._goals = goals
 
     def _run(self) -> Run:
-        (child,) = self.children
+        (child,), board = self.children, self._board
+        source, result = self._goal
+        pose = board.pose(source) if source else None
+        if pose is not None:
+            board.write_pose(result, pose)
+        source, result = self._goals
+        if source:
+            board.write_goals(result, board.goals(source))
         yield from child.tick()
         return child.status
 

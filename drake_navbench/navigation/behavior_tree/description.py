@@ -8,6 +8,10 @@ from pydantic import Field
 
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
+NAVIGATE_TO_POSE = "navigate_to_pose"
+NAVIGATE_THROUGH_POSES = "navigate_through_poses"
+"""Nav2's navigators: the one drives to a goal, the other through several poses by one plan."""
+
 
 class NodeDescription(FrozenModel):
     """A node of a behaviour tree, by the name that it has in Nav2's XML files."""

@@ -14,11 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from py_trees.common import Status
 
-from drake_navbench.kernels.read_only import read_only
 from drake_navbench.navigation.behavior_tree.board import PATH, Board
 from drake_navbench.navigation.behavior_tree.control_nodes import TreeNode
-from drake_navbench.navigation.planner import PlanningError
-from drake_navbench.navigation.smoother import SmoothingError
 from drake_navbench.navigation.task import (
     BehaviorGoal,
     ClearRequest,
@@ -26,6 +23,7 @@ from drake_navbench.navigation.task import (
     TaskState,
     TaskStatus,
 )
+from drake_navbench.plugins.releases import Release
 
 REMAINING_PATH = "remaining_path"
 """The variable in which Nav2's default tree keeps what of the path lies before the robot."""
@@ -34,12 +32,14 @@ SMOOTH_PATH = "smooth_path"
 FOLLOW_PATH = "follow_path"
 INVALID_PATH = 103
 RECOVERABLE_CODES: Mapping[str, frozenset[int]] = {
-    COMPUTE_PATH: frozenset({200, 207, 208}),
+    COMPUTE_PATH: frozenset({200, 207, 208, 300, 307, 308}),
     FOLLOW_PATH: frozenset({100, 104, 105, 106}),
     SMOOTH_PATH: frozenset({500, 502, 503, 504}),
 }
 """Codes of planner, controller and smoother after which Nav2 deems a recovery useful, unknown ones
 first."""
+THROUGH_POSES = 300
+"""The codes of ComputePathThroughPoses begin here."""
 
 
 class Leaf(TreeNode):
@@ -144,55 +144,6 @@ class ValidatePath(Leaf):
         return Status.SUCCESS if is_valid else Status.FAILURE
 
 
-class ComputePathToPose(Leaf):
-    """Asks the planner for a path from the robot to the goal; failure empties the path."""
-
-    def update(self) -> Status:
-        """Plans a path and writes it, or empties the path's variable."""
-        board = self.board
-        goal = board.values.goal
-        assert goal is not None  # The navigator sets it before the first tick.
-        try:
-            path = board.make_plan(board.inputs.pose, goal, board.inputs.global_costmap)
-        except PlanningError as error:
-            board.write_path(self._result, None)
-            board.write_result(COMPUTE_PATH, TaskStatus(TaskState.ABORTED, error.code, str(error)))
-            return Status.FAILURE
-        plan_count = board.values.plan_count + 1
-        board.write_path(self._result, read_only(path), plan_count=plan_count)
-        board.write_result(COMPUTE_PATH, TaskStatus(TaskState.SUCCEEDED))
-        return Status.SUCCESS
-
-
-class SmoothPath(Leaf):
-    """Smooths a path with the smoother server.
-
-    It fails for an empty path, and for a path that the smoother cannot smooth. If the result goes
-    to another variable, a path is smoothed only once: the result would be the same again.
-    """
-
-    MEMORY = ("smoothed",)
-    smoothed: NDArray[np.float64] | None = None
-
-    def update(self) -> Status:
-        """Smooths the path and writes the result."""
-        board, path = self.board, self._path()
-        is_kept = self._result != self._source
-        if is_kept and path is not None and path is self.smoothed:
-            return Status.SUCCESS
-        try:
-            if path is None:
-                raise SmoothingError("there is no path to smooth")
-            smoothed = read_only(board.smooth_path(path, board.inputs.global_costmap))
-        except PlanningError as error:
-            board.write_result(SMOOTH_PATH, TaskStatus(TaskState.ABORTED, error.code, str(error)))
-            return Status.FAILURE
-        self.smoothed = path
-        board.write_path(self._result, smoothed, plan_count=board.values.plan_count + 1)
-        board.write_result(SMOOTH_PATH, TaskStatus(TaskState.SUCCEEDED))
-        return Status.SUCCESS
-
-
 class FollowPath(Leaf):
     """Follows the path by the controller server; a new path preempts the task.
 
@@ -269,8 +220,11 @@ class WouldRecoveryHelp(Leaf):
 
     def update(self) -> Status:
         """Looks the error code up among the recoverable ones."""
-        result = self.board.values.results.get(self._key, TaskStatus())
-        is_recoverable = result.error_code in RECOVERABLE_CODES[self._key]
+        code = self.board.values.results.get(self._key, TaskStatus()).error_code
+        is_recoverable = code in RECOVERABLE_CODES[self._key]
+        if self._key == COMPUTE_PATH and self.board.release is Release.IRON:
+            # Iron's WouldAPlannerRecoveryHelp does not know the codes of ComputePathThroughPoses.
+            is_recoverable &= code < THROUGH_POSES
         return Status.SUCCESS if is_recoverable else Status.FAILURE
 
 

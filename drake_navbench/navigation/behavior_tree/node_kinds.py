@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 from py_trees.common import Status
 
 from drake_navbench.kernels.grid import LETHAL
-from drake_navbench.navigation.behavior_tree.board import Board
+from drake_navbench.navigation.behavior_tree.board import GOAL, GOALS, Board
 from drake_navbench.navigation.behavior_tree.conditions import (
     AlwaysEnds,
     DistanceTraveled,
@@ -25,6 +24,7 @@ from drake_navbench.navigation.behavior_tree.control_nodes import (
     FallbackNode,
     GoalUpdatedController,
     InverterNode,
+    NonblockingSequence,
     PipelineSequence,
     RateController,
     ReactiveFallbackNode,
@@ -40,8 +40,8 @@ from drake_navbench.navigation.behavior_tree.decorators import (
     DistanceController,
     ForceFailure,
     ForceSuccess,
+    GoalUpdater,
     KeepRunningUntilFailure,
-    PassedOn,
     PathLongerOnApproach,
     Repeat,
     RetryUntilSuccessful,
@@ -55,28 +55,29 @@ from drake_navbench.navigation.behavior_tree.leaves import (
     SMOOTH_PATH,
     CancelControl,
     ClearEntireCostmap,
-    ComputePathToPose,
     FollowPath,
     GlobalUpdatedGoal,
     GoalUpdated,
     IsGoalNearby,
     RunBehavior,
-    SmoothPath,
     ValidatePath,
     WouldRecoveryHelp,
 )
-from drake_navbench.navigation.behavior_tree.node_attributes import GOAL, Attributes
-from drake_navbench.navigation.behavior_tree.path_leaves import TruncatePath, TruncatePathLocal
+from drake_navbench.navigation.behavior_tree.node_attributes import Attributes, NodeKind
+from drake_navbench.navigation.behavior_tree.path_leaves import (
+    ConcatenatePaths,
+    TruncatePath,
+    TruncatePathLocal,
+)
+from drake_navbench.navigation.behavior_tree.planning_leaves import (
+    ComputePathLeaf,
+    ComputePathThroughPoses,
+    ComputePathToPose,
+    SmoothPath,
+)
+from drake_navbench.navigation.behavior_tree.pose_node_kinds import POSE_NODE_KINDS
 
 COSTMAPS = ("local", "global")
-
-
-@dataclass(frozen=True)
-class NodeKind:
-    """The factory of a node, and the number of its children; None: one or more."""
-
-    make: Callable[[str, Attributes, Sequence[TreeNode], Board], TreeNode]
-    children: int | None = 0
 
 
 def _recovery(name: str, a: Attributes, children: Sequence[TreeNode], _: Board) -> TreeNode:
@@ -130,11 +131,15 @@ def _path_longer(name: str, a: Attributes, children: Sequence[TreeNode], board: 
 
 
 def _goal_updater(name: str, a: Attributes, children: Sequence[TreeNode], board: Board) -> TreeNode:
-    a.source("input_goal", GOAL)
-    a.result("output_goal", GOAL)
-    for attribute in ("input_goals", "output_goals"):
+    goal = ("", "")
+    if a.has("output_goal"):
+        goal = a.source("input_goal", GOAL, is_needed=True), a.result("output_goal", GOAL)
+    goals = ("", "")
+    if a.has("output_goals"):
+        goals = a.source("input_goals", GOALS, is_needed=True), a.result("output_goals", GOALS)
+    for attribute in ("input_goal", "input_goals"):
         a.text(attribute)
-    return PassedOn(name, children)
+    return GoalUpdater(name, children[0], board, goal=goal, goals=goals)
 
 
 def _again(node: Callable[..., TreeNode], attribute: str) -> NodeKind:
@@ -212,9 +217,37 @@ def _truncate_local(name: str, a: Attributes, _: Sequence[TreeNode], board: Boar
     )
 
 
-def _compute_path(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
-    a.source("goal", GOAL)
-    return ComputePathToPose(name, board, result=a.result("path"))
+def _compute_path(node: type[ComputePathLeaf], attribute: str, variable: str) -> NodeKind:
+    """Returns the factory of a node that plans; attribute: the name of its goal's, or goals'."""
+
+    def make(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
+        # A start that no node writes is the robot's pose.
+        start = a.optional_source("start")
+        if not a.flag("use_start", True):
+            start = ""
+        goal = a.source(attribute, variable, is_needed=True)
+        return node(name, board, goal=goal, start=start, result=a.result("path"))
+
+    return NodeKind(make)
+
+
+def _concatenate(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
+    one, other = (a.source(path, path, is_needed=True) for path in ("input_path1", "input_path2"))
+    return ConcatenatePaths(name, board, sources=(one, other), result=a.result("output_path"))
+
+
+def _answer(result: Status, *attributes: str) -> NodeKind:
+    """Returns the factory of a condition whose answer never changes here; see `docs/nav2_files.md`.
+
+    attributes: the names of those that have no effect.
+    """
+
+    def make(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
+        for attribute in attributes:
+            a.text(attribute)
+        return AlwaysEnds(name, result)
+
+    return NodeKind(make)
 
 
 def _smooth(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
@@ -230,8 +263,7 @@ def _follow(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> Tr
 
 
 def _goal_reached(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
-    a.source("goal", GOAL)
-    return GoalReached(name, board)
+    return GoalReached(name, board, goal=a.source("goal", GOAL, is_needed=True))
 
 
 def _validate(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
@@ -281,11 +313,13 @@ def _leaf(node: Callable[[str, Board], TreeNode]) -> NodeKind:
 
 _ALLOWANCE = {"time_allowance": ("time_allowance", 10.0)}
 NODE_KINDS: Mapping[str, NodeKind] = {
+    **POSE_NODE_KINDS,
     "Sequence": _plain(SequenceNode, None),
     "Fallback": _plain(FallbackNode, None),
     "ReactiveSequence": _plain(ReactiveSequenceNode, None),
     "ReactiveFallback": _plain(ReactiveFallbackNode, None),
     "PipelineSequence": _plain(PipelineSequence, None),
+    "NonblockingSequence": _plain(NonblockingSequence, None),
     "Inverter": _plain(InverterNode, 1),
     "RecoveryNode": NodeKind(_recovery, 2),
     "RoundRobin": NodeKind(_round_robin, None),
@@ -309,7 +343,15 @@ NODE_KINDS: Mapping[str, NodeKind] = {
     "DistanceTraveled": NodeKind(_distance_traveled),
     "GoalReached": NodeKind(_goal_reached),
     "GoalUpdatedController": NodeKind(_goal_updated_controller, 1),
-    "ComputePathToPose": NodeKind(_compute_path),
+    "ComputePathToPose": _compute_path(ComputePathToPose, "goal", GOAL),
+    "ComputePathThroughPoses": _compute_path(ComputePathThroughPoses, "goals", GOALS),
+    "ConcatenatePaths": NodeKind(_concatenate),
+    # The robot is localized, and all frames are there, from the start of a trial on.
+    "InitialPoseReceived": _answer(Status.SUCCESS, "initial_pose_received"),
+    "TransformAvailable": _answer(Status.SUCCESS, "child", "parent"),
+    # No battery reports its charge, and then Nav2's answer is no.
+    "IsBatteryLow": _answer(Status.FAILURE, "min_battery", "battery_topic", "is_voltage"),
+    "IsBatteryCharging": _answer(Status.FAILURE, "battery_topic"),
     "SmoothPath": NodeKind(_smooth),
     "FollowPath": NodeKind(_follow),
     "CancelControl": _leaf(CancelControl),

@@ -1,6 +1,7 @@
-"""Leaves that cut paths.
+"""Leaves that cut and join paths.
 
-Source: nav2_behavior_tree (TruncatePath, TruncatePathLocal), branches humble to lyrical.
+Source: nav2_behavior_tree (TruncatePath, TruncatePathLocal, ConcatenatePaths), branches humble to
+lyrical.
 """
 
 from __future__ import annotations
@@ -105,6 +106,26 @@ class TruncatePathLocal(PathCut):
         turns = self._angle_weight_m * _turns_between(path[:, 2], pose[2])
         offsets = np.hypot(path[:, 0] - pose[0], path[:, 1] - pose[1])
         return len(path) - 1 - int(np.argmin(np.hypot(offsets, turns)[::-1]))
+
+
+class ConcatenatePaths(Leaf):
+    """Joins two paths, one behind the other; fails where both are empty.
+
+    sources: names of the two on the board.
+    """
+
+    def __init__(self, name: str, board: Board, *, sources: tuple[str, str], result: str) -> None:
+        super().__init__(name, board, result=result)
+        self._sources = sources
+
+    def update(self) -> Status:
+        """Writes the joined path."""
+        paths = self.board.values.paths
+        parts = [paths[name] for name in self._sources if name in paths]
+        if not parts:
+            return Status.FAILURE
+        self.board.write_path(self._result, read_only(np.vstack(parts)))
+        return Status.SUCCESS
 
 
 def _turns_between(headings: NDArray[np.float64], heading: float) -> NDArray[np.float64]:

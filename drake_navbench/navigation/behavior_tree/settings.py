@@ -1,21 +1,28 @@
-"""The attributes of Nav2's default behaviour tree that a robot file may change."""
+"""The attributes of Nav2's default behaviour trees that a robot file may change."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Annotated, ClassVar
 
-from pydantic import BeforeValidator, Field, field_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
-from drake_navbench.navigation.behavior_tree.description import NodeDescription
+from drake_navbench.navigation.behavior_tree.description import (
+    NAVIGATE_THROUGH_POSES,
+    NAVIGATE_TO_POSE,
+    NodeDescription,
+)
 from drake_navbench.plugins.kinds import PluginKind
 from drake_navbench.plugins.parameters import PluginBlocks, PluginParameters
 from drake_navbench.plugins.releases import NEWEST_RELEASE, ReadBy, Release, before
 from drake_navbench.typed_files.quantities import Angle, Count, Duration, Frequency, Length, Speed
-from drake_navbench.typed_files.typed_yaml import tuples_for_lists
+from drake_navbench.typed_files.typed_yaml import QuietModel, tuples_for_lists
 
 RECOVERY_ACTIONS = ("clear", "spin", "wait", "backup")
 """The recovery actions that a tree may try, in the order of Nav2's default tree."""
+
+NAVIGATOR_OF = {"tree": NAVIGATE_TO_POSE, "through_poses_tree": NAVIGATE_THROUGH_POSES}
+"""The navigator whose tree a field is."""
 
 MILLISECONDS_PER_SECOND = 1e3
 
@@ -38,8 +45,8 @@ TREE_NODES = PluginKind(
 """The nodes that are not built in."""
 
 
-class BehaviorTreeSettings(PluginBlocks):
-    """The attributes of navigate_to_pose_w_replanning_and_recovery.xml, with its values.
+class BehaviorTreeSettings(QuietModel, PluginBlocks):
+    """The attributes of Nav2's default trees navigate_..._w_replanning_and_recovery.xml.
 
     A block under another name, with `plugin`, is a node that is not built in: the recovery action
     of that name, or a node that replaces the tree's leaf of that name.
@@ -52,16 +59,21 @@ class BehaviorTreeSettings(PluginBlocks):
     }
 
     PLUGINS: ClassVar[PluginKind] = TREE_NODES
+    quiet: ClassVar = frozenset({"through_poses_tree", "through_poses_hz", "through_poses_radius"})
 
     tree: Annotated[NodeDescription | None, BeforeValidator(tuples_for_lists)] = Field(
         None,
-        description="Tree that replaces the default one; the other fields then apply to the "
-        "default tree only.",
+        description="Tree that replaces the default one of navigate_to_pose; the other fields "
+        "apply to default trees only.",
+    )
+    through_poses_tree: Annotated[NodeDescription | None, BeforeValidator(tuples_for_lists)] = (
+        Field(None, description="Tree that replaces the default one of navigate_through_poses.")
     )
     nav2_release: Release = Field(
         NEWEST_RELEASE,
-        description="Whose default tree: that of Lyrical keeps a valid path near the goal; that of "
-        "Humble meets every failure with a recovery, the others only where one is useful.",
+        description="Whose default trees and nodes: the trees of Lyrical keep a valid path near "
+        "the goal; those of Humble, through poses also Iron's, meet every failure with a recovery, "
+        "the others only where one is useful.",
     )
     recovery_actions: Annotated[tuple[str, ...], BeforeValidator(tuples_for_lists)] = Field(
         RECOVERY_ACTIONS,
@@ -84,7 +96,22 @@ class BehaviorTreeSettings(PluginBlocks):
         "controller server's and the behaviours' periods, which gives the same "
         "result.",
     )
-    hz: Frequency = Field(1.0, gt=0.0, description="Rate at which a new plan is considered [Hz].")
+    hz: Frequency = Field(
+        1.0,
+        gt=0.0,
+        description="Rate at which navigate_to_pose considers a new plan [Hz].",
+    )
+    through_poses_hz: Frequency = Field(
+        0.333,
+        gt=0.0,
+        description="Rate at which navigate_through_poses looks which poses are passed, and "
+        "considers a new plan [Hz].",
+    )
+    through_poses_radius: Length = Field(
+        0.7,
+        ge=0.0,
+        description="Distance from a pose at which navigate_through_poses counts it as passed [m].",
+    )
     proximity_threshold: Length = Field(
         4.0, ge=0.0, description="Length of the path below which a valid path is kept [m]."
     )
@@ -113,13 +140,15 @@ class BehaviorTreeSettings(PluginBlocks):
             return min(server_periods_s)
         return self.bt_loop_duration / MILLISECONDS_PER_SECOND
 
-    @field_validator("tree")
+    @field_validator("tree", "through_poses_tree")
     @classmethod
-    def _check_nodes(cls, tree: NodeDescription | None) -> NodeDescription | None:
+    def _check_nodes(
+        cls, tree: NodeDescription | None, field: ValidationInfo
+    ) -> NodeDescription | None:
         if tree is not None:
             # Imported late for the same reason.
             from drake_navbench.navigation.behavior_tree.builder import faults_of
 
-            for fault in faults_of(tree):
+            for fault in faults_of(tree, NAVIGATOR_OF[str(field.field_name)]):
                 raise ValueError(str(fault))
         return tree

@@ -49,6 +49,9 @@ def read_tree_file(path: Path, values: Mapping[str, str] | None = None) -> NodeD
     named = root.attributes.get("main_tree_to_execute")
     if named is None and len(trees) == 1:
         (named,) = trees
+    if root.attributes.get("BTCPP_format") != "4":
+        for tree in trees.values():
+            _rename_variables(tree)
     if named not in trees:
         if missing:
             raise InputError(missing[0])
@@ -59,6 +62,15 @@ def read_tree_file(path: Path, values: Mapping[str, str] | None = None) -> NodeD
         raise InputError(f"{path}: expected {wanted}; found {found}")
     budget = _Budget(path, missing)
     return budget.described(_only_child(trees[named], path), trees, values or {}, 0)
+
+
+def _rename_variables(element: _Element) -> None:
+    """Turns ${variable} into {variable}: BehaviorTree.CPP 3, up to Iron, reads both alike."""
+    for name, value in element.attributes.items():
+        if value.startswith("${") and value.endswith("}"):
+            element.attributes[name] = value[1:]
+    for child in element.children:
+        _rename_variables(child)
 
 
 class _Budget:
@@ -100,7 +112,8 @@ class _Budget:
             return self.described(
                 _only_child(trees[name], self._path), trees, attributes, depth + 1
             )
-        node = attributes.pop("ID", "") if element.tag in WITH_ID else element.tag
+        named = attributes.pop("ID", "")
+        node = named if element.tag in WITH_ID else element.tag
         if not node:
             raise InputError(f"{self._path}, line {element.line}: {element.tag}: expected an ID")
         children = [self.described(child, trees, passed, depth + 1) for child in element.children]

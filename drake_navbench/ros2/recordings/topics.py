@@ -44,9 +44,18 @@ DIAGNOSTICS = Topic("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
 NAVIGATE_STATUS = Topic(
     "/navigate_to_pose/_action/status", "action_msgs/msg/GoalStatusArray", is_latched=True
 )
+THROUGH_STATUS = Topic(
+    "/navigate_through_poses/_action/status", "action_msgs/msg/GoalStatusArray", is_latched=True
+)
 FOLLOW_STATUS = Topic(
     "/follow_path/_action/status", "action_msgs/msg/GoalStatusArray", is_latched=True
 )
+# Navigation mode -> the states of the goal.
+STATUS_OF_MODE = {
+    "navigate_to_pose": NAVIGATE_STATUS,
+    "navigate_through_poses": THROUGH_STATUS,
+    "follow_path": FOLLOW_STATUS,
+}
 TRIAL = Topic("/drake_navbench/trial", "std_msgs/msg/String", is_latched=True)
 
 # The log's columns that no ROS message carries; each gets a topic of numbers.

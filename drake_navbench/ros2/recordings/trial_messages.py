@@ -176,7 +176,7 @@ class TrialMessages:
         """Yields the states of the goal, by which readers of recordings cut them into tasks."""
         info = self.log.info
         mode = info["scenario"].get("navigation_mode", "follow_path")
-        topic = topics.FOLLOW_STATUS if mode == "follow_path" else topics.NAVIGATE_STATUS
+        topic = topics.STATUS_OF_MODE[mode]
         goal_id = sha256(self._as_json().encode()).digest()[:16]
         last = SUCCEEDED if self.log.outcome is Outcome.SUCCEEDED else ABORTED
         for time_ns, status in (

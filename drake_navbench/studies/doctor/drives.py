@@ -105,7 +105,7 @@ def drive_of(log: TrialLog) -> Drive:
         1000.0 / max(float(rate), 0.1),
         scenario.get("expected_outcome") == "aborted",
         str(info.get("reason", "")),
-        scenario.get("navigation_mode") == "navigate_to_pose",
+        scenario.get("navigation_mode") != "follow_path",
         _zone_share(scenario.get("filters", ())),
         _half_width_m(info.get("robot", {})),
     )

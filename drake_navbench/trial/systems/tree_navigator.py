@@ -11,16 +11,15 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
 from drake_navbench.kernels.immutable import Immutable
+from drake_navbench.kernels.read_only import read_only
 from drake_navbench.logs.plans import Plan
-from drake_navbench.navigation.behavior_tree.board import (
-    Blackboard,
-    Board,
-    IsPathValid,
-    MakePlan,
-    SmoothPath,
-    TickInputs,
+from drake_navbench.navigation.behavior_tree.board import GOALS, Blackboard, Board, TickInputs
+from drake_navbench.navigation.behavior_tree.control_nodes import TreeNode
+from drake_navbench.navigation.behavior_tree.description import (
+    NAVIGATE_THROUGH_POSES,
+    NAVIGATE_TO_POSE,
 )
-from drake_navbench.navigation.behavior_tree.navigate_to_pose import navigate_to_pose_tree
+from drake_navbench.navigation.behavior_tree.navigators import navigator_tree
 from drake_navbench.navigation.behavior_tree.settings import BehaviorTreeSettings
 from drake_navbench.navigation.behavior_tree.snapshot import (
     Snapshot,
@@ -29,6 +28,7 @@ from drake_navbench.navigation.behavior_tree.snapshot import (
     take_snapshot,
 )
 from drake_navbench.navigation.mission import MissionFollower
+from drake_navbench.navigation.poses_follower import PosesFollower, PosesProgress
 from drake_navbench.navigation.task import GlobalPlan, TaskState, TaskStatus
 from drake_navbench.navigation.waypoint_follower import Progress, WaypointFollower
 from drake_navbench.trial.systems.lifetime import weakly_bound
@@ -70,7 +70,10 @@ class NavigatorState(Immutable):
 
 
 class TreeNavigator(LeafSystem):
-    """Nav2's bt_navigator with its default tree, and its waypoint follower.
+    """Nav2's bt_navigator with its default trees, and its waypoint follower.
+
+    A PosesFollower makes it drive through all poses by one action, NavigateThroughPoses; any other
+    follower to one goal after another.
 
     Inputs `estimate` [x m, y m, yaw rad, ...], in the map frame, `global_costmap` (Costmap),
     `server_state` (ServerState) and `behavior_status` (TaskStatus). Outputs `plan` (GlobalPlan or
@@ -95,19 +98,19 @@ class TreeNavigator(LeafSystem):
         self,
         settings: BehaviorTreeSettings,
         follower: WaypointFollower,
+        board: Board,
         *,
-        make_plan: MakePlan,
-        is_path_valid: IsPathValid,
-        smooth_path: SmoothPath,
         period_s: float,
         offset_s: float,
     ) -> None:
         super().__init__()
         self._follower = follower
-        self._tree = _Machine(settings, Board(make_plan, is_path_valid, smooth_path))
+        goes_through = isinstance(follower, PosesFollower)
+        navigator = NAVIGATE_THROUGH_POSES if goes_through else NAVIGATE_TO_POSE
+        self._tree = _Machine(navigator_tree(board, settings, navigator), board)
         start = NavigatorState(
             tree=take_snapshot(self._tree.nodes),
-            values=self._with_goal(Blackboard(), 0),
+            values=self._through_all() if goes_through else self._with_goal(Blackboard(), 0),
             progress=follower.first_progress(),
         )
         self._estimate_port = self.DeclareVectorInputPort("estimate", STATE_SIZE)
@@ -163,6 +166,13 @@ class TreeNavigator(LeafSystem):
             recovery_count=0,
         )
 
+    def _through_all(self) -> Blackboard:
+        """Returns the blackboard at the start of the way through all poses."""
+        progress = self._follower.first_progress()
+        assert isinstance(progress, PosesProgress)
+        goals = read_only(np.array(self._follower.waypoints))
+        return Blackboard(goal_id=1, lists={GOALS: goals}, task_poses=progress.task_poses)
+
     def _pause(self, state: NavigatorState, now_s: float) -> NavigatorState:
         progress = self._follower.end_pause(state.progress, now_s)
         if progress is state.progress:
@@ -170,8 +180,10 @@ class TreeNavigator(LeafSystem):
         return self._advanced(state, progress)
 
     def _advanced(self, state: NavigatorState, progress: Progress) -> NavigatorState:
-        """Returns the state with new progress, and with a new goal where a leg begins."""
+        """Returns the state with new progress, and with a new goal where an action begins."""
         values = state.values
+        if isinstance(progress, PosesProgress):
+            return replace(state, progress=progress)
         if progress.index != state.progress.index:
             values = self._with_goal(values, progress.index)
         return replace(state, progress=progress, values=values)
@@ -191,11 +203,22 @@ class TreeNavigator(LeafSystem):
             events=events or state.events,
             plans=_with_new_plan(state, values.follow_path, now_s),
         )
+        if values.task_poses is not state.values.task_poses:
+            new = replace(new, progress=self._noted(new, now_s))
         if result is Status.SUCCESS:
             return self._end_leg(new, TaskStatus(TaskState.SUCCEEDED, reason="goal reached"), now_s)
         if result is Status.FAILURE:
             return self._end_leg(new, _failure(values), now_s)
         return new
+
+    def _noted(self, state: NavigatorState, now_s: float) -> PosesProgress:
+        """Returns the progress after a tick in which the tree left poses behind or out."""
+        assert isinstance(self._follower, PosesFollower)
+        assert isinstance(state.progress, PosesProgress)
+        values = state.values
+        return self._follower.note_poses(
+            state.progress, values.task_poses, now_s, values.recovery_count
+        )
 
     def _end_leg(self, state: NavigatorState, status: TaskStatus, now_s: float) -> NavigatorState:
         progress = self._follower.end_leg(
@@ -207,9 +230,9 @@ class TreeNavigator(LeafSystem):
 class _Machine:
     """The py_trees tree with its board; its own memory between ticks has no effect."""
 
-    def __init__(self, settings: BehaviorTreeSettings, board: Board) -> None:
+    def __init__(self, root: TreeNode, board: Board) -> None:
         self._board = board
-        self._root = navigate_to_pose_tree(self._board, settings)
+        self._root = root
         self.nodes = nodes_of(self._root)
         self._changes: list[dict[str, Any]] = []
         # The snapshot that the nodes are in, which need not be set again; None during a tick.
@@ -255,7 +278,10 @@ def _with_new_plan(
     before = state.values.follow_path
     if given is None or (before is not None and given.plan_id == before.plan_id):
         return state.plans
-    return (*state.plans, Plan(now_s, given.poses, state.progress.index))
+    # All plans of NavigateThroughPoses belong to the one action, and lead to all poses that are
+    # left.
+    leg = 0 if isinstance(state.progress, PosesProgress) else state.progress.index
+    return (*state.plans, Plan(now_s, given.poses, leg))
 
 
 def _failure(values: Blackboard) -> TaskStatus:

@@ -9,6 +9,7 @@ from py_trees.common import Status
 from drake_navbench.navigation.behavior_tree.control_nodes import (
     FallbackNode,
     InverterNode,
+    NonblockingSequence,
     PipelineSequence,
     RateController,
     ReactiveFallbackNode,
@@ -259,3 +260,19 @@ def test_a_tree_set_to_a_snapshot_goes_on_as_the_one_it_was_taken_from(count):
     assert take_snapshot(nodes_of(second)) == take_snapshot(nodes_of(first))
     assert ticked(second, 1) == ticked(first, 1)
     assert take_snapshot(nodes_of(second)) == take_snapshot(nodes_of(first))
+
+
+@pytest.mark.parametrize(
+    ("scripts", "result"),
+    [
+        (["S", "S"], "S"),
+        # All are ticked again until all succeed in one tick.
+        (["RSS", "SRS"], "RRS"),
+        (["RR", "RF"], "RF"),
+        (["F", ""], "F"),
+    ],
+)
+def test_nonblocking_sequence(scripts, result):
+    children = [Script(script) for script in scripts]
+    assert ticked(NonblockingSequence("n", children), len(result)) == result
+    assert all(child.status == Status.INVALID for child in children)

@@ -40,7 +40,7 @@ from drake_navbench.navigation.task import GlobalPlan
 
 
 def board() -> Board:
-    made = Board(lambda *_: None, lambda *_: True, lambda path, _: path)
+    made = Board(lambda *_: None, lambda *_: True, lambda path, _: path, lambda *_: 0)
     made.inputs = TickInputs(now_s=0.0, pose=np.zeros(3), global_costmap=None)
     made.write(goal_id=1, goal=np.array([6.0, 0.0, 0.0]))
     return made

@@ -13,17 +13,16 @@ from drake_navbench.navigation.behavior_tree.leaves import (
     FOLLOW_PATH,
     REMAINING_PATH,
     SMOOTH_PATH,
-    ComputePathToPose,
     FollowPath,
     GlobalUpdatedGoal,
     GoalUpdated,
     IsGoalNearby,
     RunBehavior,
-    SmoothPath,
     ValidatePath,
     WouldRecoveryHelp,
     nearest_index,
 )
+from drake_navbench.navigation.behavior_tree.planning_leaves import ComputePathToPose, SmoothPath
 from drake_navbench.navigation.planner import NoValidPathCouldBeFound
 from drake_navbench.navigation.smoother import SmoothingError
 from drake_navbench.navigation.task import TaskState, TaskStatus
@@ -41,7 +40,7 @@ def smooth(path, costmap):
 
 
 def board(path=None, **values) -> Board:
-    made = Board(plan_straight, lambda path, costmap: True, smooth)
+    made = Board(plan_straight, lambda path, costmap: True, smooth, lambda *_: 0)
     made.inputs = TickInputs(now_s=0.0, pose=np.zeros(3), global_costmap=None)
     made.write_path("path", path, goal_id=1, goal=np.array([6.0, 0.0, 0.0]), **values)
     return made

@@ -1,4 +1,4 @@
-"""Leaves that cut paths, on paths along the x axis with a pose every metre."""
+"""Leaves that cut and join paths, on paths along the x axis with a pose every metre."""
 
 import math
 
@@ -8,7 +8,11 @@ from py_trees.common import Status
 from scenes import straight_plan
 
 from drake_navbench.navigation.behavior_tree.board import Board, TickInputs
-from drake_navbench.navigation.behavior_tree.path_leaves import TruncatePath, TruncatePathLocal
+from drake_navbench.navigation.behavior_tree.path_leaves import (
+    ConcatenatePaths,
+    TruncatePath,
+    TruncatePathLocal,
+)
 
 TEN = straight_plan(9.0, 1.0)
 
@@ -17,7 +21,7 @@ def board(path, pose=(0.0, 0.0, 0.0)) -> Board:
     def nobody(*_):
         raise AssertionError("cutting a path plans nothing")
 
-    made = Board(nobody, nobody, nobody)
+    made = Board(nobody, nobody, nobody, nobody)
     made.inputs = TickInputs(now_s=0.0, pose=np.array(pose), global_costmap=None)
     made.write_path("path", path)
     return made
@@ -89,3 +93,20 @@ def test_the_robot_is_looked_for_from_where_it_was_last_found():
         firsts.append(shared.values.paths["remaining_path"][0, :2].tolist())
     # 9 m lies more than 3 m beyond 4 m: the farthest one that is looked at counts.
     assert firsts == [[0.0, 0.0], [2.0, 0.0], [4.0, 0.0], [7.0, 0.0], [7.0, 0.0]]
+
+
+@pytest.mark.parametrize(("second", "x_m"), [(TEN[:2], [0.0, 1.0, 0.0, 1.0]), (None, [0.0, 1.0])])
+def test_paths_are_joined_as_they_are_and_one_may_be_empty(second, x_m):
+    shared = board(TEN[:2])
+    shared.write_path("second", second)
+    node = ConcatenatePaths("n", shared, sources=("path", "second"), result="both")
+    node.tick_once()
+    assert node.status == Status.SUCCESS
+    assert shared.values.paths["both"][:, 0].tolist() == x_m
+
+
+def test_two_empty_paths_are_no_path():
+    shared = board(None)
+    node = ConcatenatePaths("n", shared, sources=("path", "second"), result="both")
+    node.tick_once()
+    assert node.status == Status.FAILURE

@@ -1,11 +1,12 @@
-"""Nav2's default tree navigate_to_pose_w_replanning_and_recovery, as each release ships it.
+"""The trees of Nav2's navigators: by default navigate_..._w_replanning_and_recovery of a release.
 
-The XML files are in default_trees/, one a release. A variable in a file takes the value of the
-setting of its name.
+The XML files are in default_trees/, a folder a navigator, a file a release. A variable in a file
+takes the value of the setting of its name.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
@@ -13,9 +14,14 @@ from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.navigation.behavior_tree.board import Board
 from drake_navbench.navigation.behavior_tree.builder import build_tree
 from drake_navbench.navigation.behavior_tree.control_nodes import ControlNode, TreeNode
-from drake_navbench.navigation.behavior_tree.description import NodeDescription
+from drake_navbench.navigation.behavior_tree.description import (
+    NAVIGATE_THROUGH_POSES,
+    NAVIGATE_TO_POSE,
+    NodeDescription,
+)
 from drake_navbench.navigation.behavior_tree.leaves import Leaf, RunBehavior
 from drake_navbench.navigation.behavior_tree.settings import (
+    NAVIGATOR_OF,
     RECOVERY_ACTIONS,
     TREE_NODES,
     BehaviorTreeSettings,
@@ -25,18 +31,24 @@ from drake_navbench.navigation.behavior_tree.tree_file import read_tree_file
 from drake_navbench.plugins.releases import Release
 
 FOLDER = Path(__file__).parent / "default_trees"
-# Releases that have the files of an earlier one: Iron's stayed until Kilted.
-FILES = {Release.JAZZY: Release.IRON, Release.KILTED: Release.IRON}
+# Releases that have the files of an earlier one.
+FILES: Mapping[str, Mapping[Release, Release]] = {
+    NAVIGATE_TO_POSE: {Release.JAZZY: Release.IRON, Release.KILTED: Release.IRON},
+    NAVIGATE_THROUGH_POSES: {Release.IRON: Release.HUMBLE, Release.KILTED: Release.JAZZY},
+}
 # The children of this node are the recovery actions, in the order of RECOVERY_ACTIONS.
 ACTIONS_NODE = "RecoveryActions"
 
 
-def navigate_to_pose_tree(board: Board, settings: BehaviorTreeSettings) -> TreeNode:
+def navigator_tree(
+    board: Board, settings: BehaviorTreeSettings, navigator: str = NAVIGATE_TO_POSE
+) -> TreeNode:
     """Returns the root of the tree that settings choose; its leaves read and write `board`.
 
     Raises InputError where a node that is not built in cannot be made, or has no place.
     """
-    root = build_tree(settings.tree or default_tree(settings), board)
+    own = next(getattr(settings, field) for field, of in NAVIGATOR_OF.items() if of == navigator)
+    root = build_tree(own or default_tree(settings, navigator), board, navigator)
     leaves = {node.name: node for node in nodes_of(root) if isinstance(node, Leaf)}
     for name in (*settings.plugin_blocks, *_other_actions(settings)):
         if name in leaves:
@@ -51,20 +63,23 @@ def navigate_to_pose_tree(board: Board, settings: BehaviorTreeSettings) -> TreeN
     return root
 
 
-def default_tree(settings: BehaviorTreeSettings) -> NodeDescription:
-    """Returns the default tree of the settings' release, with their values and recovery actions.
+def default_tree(
+    settings: BehaviorTreeSettings, navigator: str = NAVIGATE_TO_POSE
+) -> NodeDescription:
+    """Returns a navigator's default tree of the settings' release, with their values and actions.
 
     A recovery action that is not in the file is a leaf of its name, to be replaced.
     """
-    names = sorted(BehaviorTreeSettings.model_fields.keys() - {"tree", "recovery_actions"})
+    names = sorted(BehaviorTreeSettings.model_fields.keys() - {*NAVIGATOR_OF, "recovery_actions"})
     values = {name: str(getattr(settings, name)) for name in names}
     release = settings.nav2_release
-    return _with_actions(_read(FILES.get(release, release), tuple(values.items())), settings)
+    file = FOLDER / navigator / f"{FILES[navigator].get(release, release)}.xml"
+    return _with_actions(_read(file, tuple(values.items())), settings)
 
 
 @cache
-def _read(release: Release, values: tuple[tuple[str, str], ...]) -> NodeDescription:
-    return read_tree_file(FOLDER / f"{release}.xml", dict(values))
+def _read(file: Path, values: tuple[tuple[str, str], ...]) -> NodeDescription:
+    return read_tree_file(file, dict(values))
 
 
 def _with_actions(node: NodeDescription, settings: BehaviorTreeSettings) -> NodeDescription:
