@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -20,6 +19,7 @@ from drake_navbench.inputs.descriptions.body import (
     base_of,
     floor_of,
     held_wheels,
+    plain_name,
     read_body,
     to_base_of,
     turning_centre,
@@ -153,8 +153,7 @@ class _Table:
         if source.arguments:
             told = ", ".join(f"{name}={value}" for name, value in source.arguments.items())
             self.add(Status.USED, "xacro arguments", told)
-        # SDF puts a model's name before a link's, xacro often a prefix: robot1/base_link.
-        if wanted is not None and re.split("::|/", base)[-1] != wanted:
+        if wanted is not None and plain_name(base) != wanted:
             self.add(Status.STAND_IN, "base frame", f"no link {wanted}; {base} is taken")
         else:
             self.add(Status.USED, "base frame", base)
@@ -291,7 +290,7 @@ class _Table:
         is_car = fields.get("drive", {}).get("type") == ACKERMANN
         if centre is None or is_car or np.hypot(*centre) < FAR_CENTRE_M:
             return
-        x, y = centre
+        x, y = np.round(centre, 3) + 0.0
         remark = f"the middle of its wheels is at {x:.3g}, {y:.3g} m; here it turns about 0, 0"
         self.add(Status.STAND_IN, "base frame's origin", remark)
 

@@ -7,10 +7,16 @@ from collections.abc import Callable, Sequence, Set
 from pathlib import Path
 
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.descriptions.body import base_of, wheel_joints
+from drake_navbench.inputs.descriptions.body import (
+    base_of,
+    plain_name,
+    to_base_of,
+    wheel_joints,
+)
 from drake_navbench.inputs.descriptions.clearpath_robot import is_clearpath
 from drake_navbench.inputs.descriptions.gazebo_drive import has_drive, names_drive
 from drake_navbench.inputs.descriptions.gazebo_sensors import LIDARS
+from drake_navbench.inputs.descriptions.model import Model
 from drake_navbench.inputs.descriptions.model_source import read_source
 from drake_navbench.inputs.descriptions.ros_packages import PACKAGE_FILE, files_below
 from drake_navbench.inputs.descriptions.world import WORLD_SUFFIXES, is_world, read_world
@@ -125,16 +131,19 @@ def _driving_first(
     Candidates are the models in one folder, and those that include the best so far; those of its
     package while it has neither lidar nor drive's plugin, and all while it has no link of `frames`,
     the base frames of a Nav2 file. Such a link counts most, then a lidar, then a plugin; of two
-    alike models the one that includes the other is better.
+    alike models the one that includes the other is better. SDF models beside a URDF are often of
+    other robots: one replaces it only with the same wheels.
     """
     best: Path | None = None
     most = (False, False, False)
+    wheels: list[tuple[int, int]] = []
     # A file of the same name for another robot would fail as this one did.
     tried: set[str] = set()
     for file in files:
-        if file.name in tried or (best is not None and not _may_replace(file, best, most)):
+        name = file.parent.name if file.stem == "model" else file.name
+        if name in tried or (best is not None and not _may_replace(file, best, most)):
             continue
-        tried.add(file.name)
+        tried.add(name)
         if len(tried) > MAX_TRIED:
             break
         try:
@@ -142,16 +151,26 @@ def _driving_first(
         except InputError:
             continue
         is_driven = has_drive(model)
-        links = {name.rpartition("::")[2] for name in model.links}
+        links = {plain_name(name) for name in model.links}
         has_lidar = any(sensor.kind in LIDARS for sensor in model.sensors)
         value = (not frames or not links.isdisjoint(frames), has_lidar, is_driven)
-        drives = is_driven or len(wheel_joints(model, base_of(model))) >= 2
+        places = _wheel_places(model)
+        drives = is_driven or len(places) >= 2
         is_more = best is None or value > most or (value == most and _includes(file, best))
-        if drives and is_more:
-            best, most = file, value
+        is_apart = best is not None and _is_sdf_beside(file, best) and most[0]
+        if drives and is_more and (not is_apart or places == wheels):
+            best, most, wheels = file, value, places
         if all(most):
             break
     return tuple(files) if best is None else (best, *(other for other in files if other != best))
+
+
+def _wheel_places(model: Model) -> list[tuple[int, int]]:
+    """Returns x and y of a model's wheels in its base frame, in whole centimetres."""
+    base = base_of(model)
+    to_base = to_base_of(model, base)
+    places = [(to_base @ model.links[j.child].pose)[:2, 3] for j in wheel_joints(model, base)]
+    return sorted((round(100 * float(x)), round(100 * float(y))) for x, y in places)
 
 
 def _may_replace(file: Path, best: Path, value: tuple[bool, bool, bool]) -> bool:
@@ -159,9 +178,11 @@ def _may_replace(file: Path, best: Path, value: tuple[bool, bool, bool]) -> bool
     has_frame, *senses_or_drives = value
     if file.parent == best.parent or not has_frame or _includes(file, best):
         return True
-    # SDF models beside a URDF are often of other robots, or older.
-    is_alike = file.suffix != ".sdf" and _package_of(file) == _package_of(best)
-    return is_alike and not any(senses_or_drives)
+    return _package_of(file) == _package_of(best) and not any(senses_or_drives)
+
+
+def _is_sdf_beside(file: Path, best: Path) -> bool:
+    return file.parent != best.parent and file.suffix == ".sdf" != best.suffix
 
 
 def _package_of(file: Path) -> Path:
@@ -171,7 +192,8 @@ def _package_of(file: Path) -> Path:
 
 def _base_frames(nav2: Sequence[Path]) -> set[str]:
     """Returns the base frames that the likeliest Nav2 file names."""
-    return {*BASE_FRAME.findall(read_head_text(nav2[0]))} if nav2 else set()
+    frames = BASE_FRAME.findall(read_head_text(nav2[0])) if nav2 else []
+    return {plain_name(frame) for frame in frames}
 
 
 def _includes(file: Path, part: Path) -> bool:
