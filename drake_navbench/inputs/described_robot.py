@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import shapely
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import Check, CheckRow, Status
@@ -42,7 +41,7 @@ from drake_navbench.inputs.descriptions.gazebo_sensors import (
 )
 from drake_navbench.inputs.descriptions.model import Shape
 from drake_navbench.inputs.descriptions.model_source import Source, read_source
-from drake_navbench.inputs.known_base import NOTHING_KNOWN, KnownBase
+from drake_navbench.inputs.known_base import NOTHING_KNOWN, KnownBase, around_origin
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.navigation.costmaps.observation_layers import ObstacleLayerParameters
 
@@ -53,8 +52,6 @@ LIMITS = (
     "max_linear_acceleration_mps2",
 )
 TURNING = ("max_angular_velocity_radps", "max_angular_acceleration_radps2")
-# The least distance of the base origin from the outline around it, m.
-ORIGIN_MARGIN_M = 0.01
 # The largest distance of an axle from the base frame's origin that is rounding, m.
 AXLE_TOLERANCE_M = 0.005
 # The least distance of the wheels' middle from the base origin that is told, m.
@@ -166,12 +163,14 @@ class _Table:
                 why += ", found none"
             if known.outline:
                 self.add(Status.STAND_IN, "footprint", f"{why}; that of the Nav2 file is taken")
-                return known.outline
+                if known.footprint is None:
+                    return known.outline
+                return {"footprint": around_origin(np.array(known.footprint)).tolist()}
             raise InputError(
                 f"{shown}: tells no outline: {why}; give it in a robot file, or by a Nav2 file's "
                 "footprint or robot_radius"
             )
-        outline = _around_origin(body.outline)
+        outline = around_origin(body.outline)
         if len(outline) != len(body.outline) or not np.allclose(outline, body.outline):
             self.add(Status.STAND_IN, "footprint", f"made larger: {body.base} lies outside of it")
         unseen = [
@@ -381,18 +380,6 @@ def _sight(sensor: FoundSensor) -> str:
 
 def _visuals(source: Source) -> list[Shape]:
     return [shape for link in source.model.links.values() for shape in link.visuals]
-
-
-def _around_origin(outline: Array) -> Array:
-    """Returns an outline (K, 2) around the base origin: `outline`, or its hull with the origin.
-
-    Costmaps only take a footprint around the base frame's origin.
-    """
-    polygon = shapely.Polygon(outline)
-    if polygon.contains(shapely.Point(0.0, 0.0)):
-        return outline
-    hull = shapely.union(polygon, shapely.Point(0.0, 0.0).buffer(ORIGIN_MARGIN_M)).convex_hull
-    return np.round(shapely.get_coordinates(hull.normalize())[:-1], 4)[::-1]
 
 
 def _unique(name: str, taken: Mapping[str, Any]) -> str:

@@ -117,7 +117,7 @@ class PackageFiles:
         if robot == default:
             where = ", ".join(map(str, self.roots))
             raise InputError(
-                f"--package {where}: no robot that drives in .xacro, .urdf, .sdf or .world; "
+                f"--package {where}: no robot that drives in .xacro, .urdf, .sdf, .world or .model; "
                 "expected one, or --robot"
             )
 

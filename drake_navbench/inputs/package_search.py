@@ -17,7 +17,7 @@ from drake_navbench.inputs.descriptions.clearpath_robot import is_clearpath
 from drake_navbench.inputs.descriptions.gazebo_drive import has_drive, names_drive
 from drake_navbench.inputs.descriptions.gazebo_sensors import LIDARS
 from drake_navbench.inputs.descriptions.model import Model
-from drake_navbench.inputs.descriptions.model_source import read_source
+from drake_navbench.inputs.descriptions.model_source import MODEL_SUFFIXES, read_source
 from drake_navbench.inputs.descriptions.ros_packages import PACKAGE_FILE, files_below
 from drake_navbench.inputs.descriptions.world import WORLD_SUFFIXES, is_world, read_world
 from drake_navbench.inputs.descriptions.xacro_macro import lacking, robot_macro
@@ -94,7 +94,7 @@ def find_package_files(roots: Sequence[Path]) -> PackageFiles:
 def _is_robot(file: Path) -> bool:
     if is_clearpath(file):
         return True
-    if file.suffix not in (*WORLD_SUFFIXES, ".urdf", ".xacro"):
+    if file.suffix not in MODEL_SUFFIXES:
         return False
     text = read_head_text(file)
     macro = robot_macro(text, file) if file.suffix == ".xacro" and "<link" in text else None
@@ -102,7 +102,7 @@ def _is_robot(file: Path) -> bool:
         return True
     if not WHOLE_ROBOT.search(text):
         return False
-    if file.suffix in WORLD_SUFFIXES:
+    if file.suffix not in (".urdf", ".xacro"):
         return names_drive(text)
     is_plain = file.suffix == ".urdf" and "<link" in text
     return is_plain or BUILDS.search(MACROS.sub("", text)) is not None

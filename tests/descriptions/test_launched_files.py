@@ -160,6 +160,16 @@ def test_a_urdf_without_lidar_gives_way_to_an_sdf_model_with_the_same_wheels(
     assert picked(tmp_path, "robot") == taken
 
 
+def test_a_urdf_in_a_file_called_model_is_a_robot_and_furniture_is_none(tmp_path):
+    wheels = "".join(URDF_WHEEL.format(name=f"{n}_wheel", y=y) for n, y in (("a", 1), ("b", -1)))
+    drive = f"<gazebo>{DRIVE}</gazebo>"
+    urdf(tmp_path, link(BOX) + wheels + drive, "cart.model")
+    urdf(tmp_path, link(BOX), "bed.model")
+    found = find_package_files([tmp_path]).files["robot"]
+    assert [file.name for file in found] == ["cart.model"]
+    assert "drive (differential, by libgazebo" in describe_robot(found[0]).check.as_text(300)
+
+
 def test_a_base_link_with_a_robot_s_prefix_is_the_base(tmp_path):
     """robot1/base_link lies 0.2 m ahead of robot1/base_footprint."""
     path = urdf(
