@@ -117,8 +117,8 @@ class PackageFiles:
         if robot == default:
             where = ", ".join(map(str, self.roots))
             raise InputError(
-                f"--package {where}: no robot that drives in .xacro, .urdf, .sdf, .world or .model; "
-                "expected one, or --robot"
+                f"--package {where}: no robot that drives in .xacro, .urdf, .sdf, .world or "
+                ".model; expected one, or --robot"
             )
 
     def lines(self, picked: Mapping[str, Path | None]) -> list[str]:

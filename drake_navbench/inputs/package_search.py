@@ -10,8 +10,8 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.descriptions.body import (
     base_of,
     plain_name,
-    to_base_of,
     wheel_joints,
+    wheels_of,
 )
 from drake_navbench.inputs.descriptions.clearpath_robot import is_clearpath
 from drake_navbench.inputs.descriptions.gazebo_drive import has_drive, names_drive
@@ -19,7 +19,7 @@ from drake_navbench.inputs.descriptions.gazebo_sensors import LIDARS
 from drake_navbench.inputs.descriptions.model import Model
 from drake_navbench.inputs.descriptions.model_source import MODEL_SUFFIXES, read_source
 from drake_navbench.inputs.descriptions.ros_packages import PACKAGE_FILE, files_below
-from drake_navbench.inputs.descriptions.world import WORLD_SUFFIXES, is_world, read_world
+from drake_navbench.inputs.descriptions.world import is_world, read_world
 from drake_navbench.inputs.descriptions.xacro_macro import lacking, robot_macro
 from drake_navbench.inputs.launch_files import read_launch_files
 from drake_navbench.inputs.package_files import MAP, NAV2, ROBOT, WORLD, PackageFiles, is_mask
@@ -136,7 +136,7 @@ def _driving_first(
     """
     best: Path | None = None
     most = (False, False, False)
-    wheels: list[tuple[int, int]] = []
+    best_model = Model("")
     # A file of the same name for another robot would fail as this one did.
     tried: set[str] = set()
     for file in files:
@@ -154,12 +154,13 @@ def _driving_first(
         links = {plain_name(name) for name in model.links}
         has_lidar = any(sensor.kind in LIDARS for sensor in model.sensors)
         value = (not frames or not links.isdisjoint(frames), has_lidar, is_driven)
-        places = _wheel_places(model)
-        drives = is_driven or len(places) >= 2
+        drives = is_driven or len(wheel_joints(model, base_of(model))) >= 2
         is_more = best is None or value > most or (value == most and _includes(file, best))
-        is_apart = best is not None and _is_sdf_beside(file, best) and most[0]
-        if drives and is_more and (not is_apart or places == wheels):
-            best, most, wheels = file, value, places
+        is_apart = best is not None and most[0] and _is_sdf_beside(file, best)
+        if is_apart and is_more and _wheel_places(model) != _wheel_places(best_model):
+            continue
+        if drives and is_more:
+            best, most, best_model = file, value, model
         if all(most):
             break
     return tuple(files) if best is None else (best, *(other for other in files if other != best))
@@ -167,10 +168,8 @@ def _driving_first(
 
 def _wheel_places(model: Model) -> list[tuple[int, int]]:
     """Returns x and y of a model's wheels in its base frame, in whole centimetres."""
-    base = base_of(model)
-    to_base = to_base_of(model, base)
-    places = [(to_base @ model.links[j.child].pose)[:2, 3] for j in wheel_joints(model, base)]
-    return sorted((round(100 * float(x)), round(100 * float(y))) for x, y in places)
+    places = (wheel.position for wheel in wheels_of(model, base_of(model)))
+    return sorted((round(100 * float(x)), round(100 * float(y))) for x, y, _ in places)
 
 
 def _may_replace(file: Path, best: Path, value: tuple[bool, bool, bool]) -> bool:

@@ -17,7 +17,6 @@ from drake_navbench.inputs.known_base import around_origin
 from drake_navbench.nav2.node_reader import NodeReader
 from drake_navbench.navigation.costmaps.costmap_settings import CostmapSettings
 
-
 # The largest distance of the base frame's origin from a footprint that is made larger, m.
 MAX_BESIDE_M = 0.05
 

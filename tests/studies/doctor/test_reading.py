@@ -131,7 +131,10 @@ def test_a_value_far_beyond_the_other_end_of_its_range_speaks_more_against_a_cau
 def test_values_of_a_costmap_whose_name_stands_there_once_are_nobody_s(facts):
     """Its scan marks farther than it clears, but no node reads that."""
     scan = "scan: {obstacle_max_range: 5.0, raytrace_max_range: 2.0, max_obstacle_height: 2.0}"
-    layer = f"plugins: [obstacle_layer], obstacle_layer: {{observation_sources: scan, {scan}}}"
+    layer = (
+        "plugins: [obstacle_layer], obstacle_layer: {plugin: nav2_costmap_2d::ObstacleLayer, "
+        f"observation_sources: scan, {scan}}}"
+    )
     rule = "marks-farther-than-it-clears"
 
     def fired(node):
