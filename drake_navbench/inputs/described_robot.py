@@ -158,9 +158,8 @@ class _Table:
     def body(self, body: Body, source: Source, known: KnownBase, shown: str) -> dict[str, Any]:
         """Returns the outline; raises InputError where no part of the input gives one."""
         if body.outline is None:
-            why = "; ".join(body.left_out) or "expected links with collision or visual shapes"
-            if not body.left_out:
-                why += ", found none"
+            nothing = "expected links with collision or visual shapes, found none"
+            why = "; ".join((*body.left_out, *source.model.remarks)) or nothing
             if known.outline:
                 self.add(Status.STAND_IN, "footprint", f"{why}; that of the Nav2 file is taken")
                 if known.footprint is None:
