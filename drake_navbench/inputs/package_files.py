@@ -140,8 +140,9 @@ class PackageFiles:
                     continue
                 how = self._launched(file, kind, picked) if mark == "*" else ""
                 told.append(f"  {mark} {number:2} {self._short(file)}{how}")
-            if len(found) > MAX_LISTED:
-                told.append(f"       and {len(found) - MAX_LISTED} more")
+            is_beyond = picked[kind] in found[MAX_LISTED:]
+            if len(found) > MAX_LISTED + is_beyond:
+                told.append(f"       and {len(found) - MAX_LISTED - is_beyond} more")
         return told
 
     def _launched(self, file: Path, kind: str, picked: Mapping[str, Path | None]) -> str:

@@ -131,39 +131,63 @@ def _driving_first(
     Candidates are the models in one folder, and those that include the best so far; those of its
     package while it has neither lidar nor drive's plugin, and all while it has no link of `frames`,
     the base frames of a Nav2 file. Such a link counts most, then a lidar, then a plugin; of two
-    alike models the one that includes the other is better. SDF models beside a URDF are often of
-    other robots: one replaces it only with the same wheels.
+    alike models the one that includes the other is better.
     """
     best: Path | None = None
     most = (False, False, False)
-    best_model = Model("")
     # A file of the same name for another robot would fail as this one did.
     tried: set[str] = set()
     for file in files:
-        name = file.parent.name if file.stem == "model" else file.name
-        if name in tried or (best is not None and not _may_replace(file, best, most)):
+        if file.name in tried or (best is not None and not _may_replace(file, best, most)):
             continue
-        tried.add(name)
+        tried.add(file.name)
         if len(tried) > MAX_TRIED:
             break
-        try:
-            model = read_source(file, folders=[root.absolute() for root in roots]).model
-        except InputError:
+        model = _readable(file, roots)
+        if model is None:
             continue
-        is_driven = has_drive(model)
-        links = {plain_name(name) for name in model.links}
-        has_lidar = any(sensor.kind in LIDARS for sensor in model.sensors)
-        value = (not frames or not links.isdisjoint(frames), has_lidar, is_driven)
-        drives = is_driven or len(wheel_joints(model, base_of(model))) >= 2
+        value = _value(model, frames)
+        drives = value[2] or len(wheel_joints(model, base_of(model))) >= 2
         is_more = best is None or value > most or (value == most and _includes(file, best))
-        is_apart = best is not None and most[0] and _is_sdf_beside(file, best)
-        if is_apart and is_more and _wheel_places(model) != _wheel_places(best_model):
-            continue
         if drives and is_more:
-            best, most, best_model = file, value, model
+            best, most = file, value
         if all(most):
             break
+    if best is not None and best.suffix == ".urdf" and not any(most[1:]):
+        best = _simulated(best, files, roots, frames)
     return tuple(files) if best is None else (best, *(other for other in files if other != best))
+
+
+def _simulated(urdf: Path, files: Sequence[Path], roots: Sequence[Path], frames: Set[str]) -> Path:
+    """Returns the SDF model with lidar and drive of a bare URDF's robot, else the URDF.
+
+    It is in the URDF's package and has its wheels: SDF models beside a URDF are often of other
+    robots.
+    """
+    bare = _readable(urdf, roots)
+    beside = [f for f in files if f.suffix == ".sdf" and _package_of(f) == _package_of(urdf)]
+    for file in beside[:MAX_TRIED]:
+        model = _readable(file, roots)
+        if model is None or bare is None or not all(_value(model, frames)):
+            continue
+        if _wheel_places(model) == _wheel_places(bare):
+            return file
+    return urdf
+
+
+def _readable(file: Path, roots: Sequence[Path]) -> Model | None:
+    """Returns the model in a file; None where it cannot be read."""
+    try:
+        return read_source(file, folders=[root.absolute() for root in roots]).model
+    except InputError:
+        return None
+
+
+def _value(model: Model, frames: Set[str]) -> tuple[bool, bool, bool]:
+    """Tells whether a model has a link of `frames`, a lidar, and a plugin that drives it."""
+    links = {plain_name(name) for name in model.links}
+    has_lidar = any(sensor.kind in LIDARS for sensor in model.sensors)
+    return not frames or not links.isdisjoint(frames), has_lidar, has_drive(model)
 
 
 def _wheel_places(model: Model) -> list[tuple[int, int]]:
@@ -177,11 +201,8 @@ def _may_replace(file: Path, best: Path, value: tuple[bool, bool, bool]) -> bool
     has_frame, *senses_or_drives = value
     if file.parent == best.parent or not has_frame or _includes(file, best):
         return True
-    return _package_of(file) == _package_of(best) and not any(senses_or_drives)
-
-
-def _is_sdf_beside(file: Path, best: Path) -> bool:
-    return file.parent != best.parent and file.suffix == ".sdf" != best.suffix
+    is_alike = file.suffix != ".sdf" and _package_of(file) == _package_of(best)
+    return is_alike and not any(senses_or_drives)
 
 
 def _package_of(file: Path) -> Path:
