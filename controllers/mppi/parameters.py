@@ -287,7 +287,9 @@ class MppiParameters(ParametersWithCritics):
         0.0, ge=0, le=MAX_DELAY_S, description="Delay from a command to the base's wz [s]."
     )
     reset_period: Duration = Field(
-        1.0, ge=0, description="In Humble: a longer pause between cycles resets the optimizer [s]."
+        1.0,
+        description="In Humble: a longer pause between cycles resets the optimizer [s]; negative: "
+        "every cycle does.",
     )
     clamp_raw_controls: bool = Field(
         False, description="Average the samples after limiting their accelerations, not before."

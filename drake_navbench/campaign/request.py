@@ -17,7 +17,12 @@ from drake_navbench.inputs.known_base import KnownBase
 from drake_navbench.inputs.originals_beside import with_originals
 from drake_navbench.inputs.presets import Preset, default_presets, load_preset
 from drake_navbench.inputs.robot import Robot, body_top_m, is_model, load_robot
-from drake_navbench.inputs.scenario import Scenario, load_scenario, scenario_on_map
+from drake_navbench.inputs.scenario import (
+    Scenario,
+    load_scenario,
+    scenario_on_map,
+    warn_of_degrees,
+)
 from drake_navbench.nav2.controllers import load_parameter_file
 from drake_navbench.nav2.differences import differences, require_different
 from drake_navbench.nav2.known_base import known_base_of
@@ -256,6 +261,8 @@ class Request(FrozenModel):
 
     def _scenarios(self, robot: Robot, further: Sequence[Robot]) -> list[str | Scenario]:
         scenarios: list[str | Scenario] = list(self.scenarios)
+        if self.map_task is not None:
+            warn_of_degrees({"--start": self.map_task.start, "--goal": self.map_task.goal})
         if self.map_task is not None and self.map_task.map and not self.map_task.worlds:
             scenarios += self._tasks_on_map(self.map_task, self.map_task.map, robot, further)
         if self.map_task is not None:

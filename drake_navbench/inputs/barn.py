@@ -46,7 +46,8 @@ MAX_PATH_BYTES = MEGABYTE
 # The lattice of the benchmark has 30 rows and 30 columns.
 MAX_CELL = 1000
 WORLD_NAME = re.compile(r"world_(\d+)\.world")
-MODEL = re.compile(r"<model name='(unit_cylinder[^']*)'>(.*?)</model>", re.DOTALL)
+# Worlds that another program has saved again have double quotes.
+MODEL = re.compile(r"<model name=['\"](unit_cylinder[^'\"]*)['\"]>(.*?)</model>", re.DOTALL)
 POSE = re.compile(r"<pose[^>]*>([^<]*)</pose>")
 RADIUS = re.compile(r"<cylinder>.*?<radius>([^<]*)</radius>", re.DOTALL)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -11,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import shapely
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import Check, CheckRow, Status
@@ -20,6 +18,7 @@ from drake_navbench.inputs.descriptions.body import (
     base_of,
     floor_of,
     held_wheels,
+    plain_name,
     read_body,
     to_base_of,
     turning_centre,
@@ -42,7 +41,7 @@ from drake_navbench.inputs.descriptions.gazebo_sensors import (
 )
 from drake_navbench.inputs.descriptions.model import Shape
 from drake_navbench.inputs.descriptions.model_source import Source, read_source
-from drake_navbench.inputs.known_base import NOTHING_KNOWN, KnownBase
+from drake_navbench.inputs.known_base import NOTHING_KNOWN, KnownBase, around_origin
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.navigation.costmaps.observation_layers import ObstacleLayerParameters
 
@@ -53,8 +52,6 @@ LIMITS = (
     "max_linear_acceleration_mps2",
 )
 TURNING = ("max_angular_velocity_radps", "max_angular_acceleration_radps2")
-# The least distance of the base origin from the outline around it, m.
-ORIGIN_MARGIN_M = 0.01
 # The largest distance of an axle from the base frame's origin that is rounding, m.
 AXLE_TOLERANCE_M = 0.005
 # The least distance of the wheels' middle from the base origin that is told, m.
@@ -153,8 +150,7 @@ class _Table:
         if source.arguments:
             told = ", ".join(f"{name}={value}" for name, value in source.arguments.items())
             self.add(Status.USED, "xacro arguments", told)
-        # SDF puts a model's name before a link's, xacro often a prefix: robot1/base_link.
-        if wanted is not None and re.split("::|/", base)[-1] != wanted:
+        if wanted is not None and plain_name(base) != wanted:
             self.add(Status.STAND_IN, "base frame", f"no link {wanted}; {base} is taken")
         else:
             self.add(Status.USED, "base frame", base)
@@ -162,17 +158,18 @@ class _Table:
     def body(self, body: Body, source: Source, known: KnownBase, shown: str) -> dict[str, Any]:
         """Returns the outline; raises InputError where no part of the input gives one."""
         if body.outline is None:
-            why = "; ".join(body.left_out) or "expected links with collision or visual shapes"
-            if not body.left_out:
-                why += ", found none"
+            nothing = "expected links with collision or visual shapes, found none"
+            why = "; ".join((*body.left_out, *source.model.remarks)) or nothing
             if known.outline:
                 self.add(Status.STAND_IN, "footprint", f"{why}; that of the Nav2 file is taken")
-                return known.outline
+                if known.footprint is None:
+                    return known.outline
+                return {"footprint": around_origin(np.array(known.footprint)).tolist()}
             raise InputError(
                 f"{shown}: tells no outline: {why}; give it in a robot file, or by a Nav2 file's "
                 "footprint or robot_radius"
             )
-        outline = _around_origin(body.outline)
+        outline = around_origin(body.outline)
         if len(outline) != len(body.outline) or not np.allclose(outline, body.outline):
             self.add(Status.STAND_IN, "footprint", f"made larger: {body.base} lies outside of it")
         unseen = [
@@ -291,7 +288,7 @@ class _Table:
         is_car = fields.get("drive", {}).get("type") == ACKERMANN
         if centre is None or is_car or np.hypot(*centre) < FAR_CENTRE_M:
             return
-        x, y = centre
+        x, y = np.round(centre, 3) + 0.0
         remark = f"the middle of its wheels is at {x:.3g}, {y:.3g} m; here it turns about 0, 0"
         self.add(Status.STAND_IN, "base frame's origin", remark)
 
@@ -382,18 +379,6 @@ def _sight(sensor: FoundSensor) -> str:
 
 def _visuals(source: Source) -> list[Shape]:
     return [shape for link in source.model.links.values() for shape in link.visuals]
-
-
-def _around_origin(outline: Array) -> Array:
-    """Returns an outline (K, 2) around the base origin: `outline`, or its hull with the origin.
-
-    Costmaps only take a footprint around the base frame's origin.
-    """
-    polygon = shapely.Polygon(outline)
-    if polygon.contains(shapely.Point(0.0, 0.0)):
-        return outline
-    hull = shapely.union(polygon, shapely.Point(0.0, 0.0).buffer(ORIGIN_MARGIN_M)).convex_hull
-    return np.round(shapely.get_coordinates(hull.normalize())[:-1], 4)[::-1]
 
 
 def _unique(name: str, taken: Mapping[str, Any]) -> str:

@@ -4,6 +4,14 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+import numpy as np
+import shapely
+
+from drake_navbench.kernels.arrays import Array
+
+# The least distance of the base origin from the outline around it, m.
+ORIGIN_MARGIN_M = 0.01
+
 
 class KnownBase(NamedTuple):
     """link: of the base, None where nothing names it. footprint: corners (K, 2) m; radius_m: of a
@@ -25,3 +33,15 @@ class KnownBase(NamedTuple):
 
 
 NOTHING_KNOWN = KnownBase()
+
+
+def around_origin(outline: Array) -> Array:
+    """Returns an outline (K, 2) around the base origin: `outline`, or its hull with the origin.
+
+    Costmaps here only take a footprint around the base frame's origin.
+    """
+    polygon = shapely.Polygon(outline)
+    if polygon.contains(shapely.Point(0.0, 0.0)):
+        return outline
+    hull = shapely.union(polygon, shapely.Point(0.0, 0.0).buffer(ORIGIN_MARGIN_M)).convex_hull
+    return np.round(shapely.get_coordinates(hull.normalize())[:-1], 4)[::-1]

@@ -7,13 +7,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from drake_navbench.inputs.descriptions.launched_value import LAUNCH_FILE
+from drake_navbench.inputs.descriptions.launched_value import is_launch_file
 from drake_navbench.typed_files.input_file import read_head_text
 
 LINE_REMARKS = re.compile(r"(?:^|\s)#[^\n]*")
 XML_REMARKS = re.compile(r"<!--.*?-->", re.DOTALL)
 # Names of files, folders and packages, without the slashes between them.
 WORD = re.compile(r"[\w.-]+")
+# A name that is made of a beginning, a value and an end: 'robot_' + model + '.urdf'.
+BEGINNING, END = re.compile(r"\w[\w.-]*[_-]$"), re.compile(r"[_.-][\w.-]*\.\w+$|\.\w+$")
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,7 @@ class LaunchFiles:
             (
                 len(words & {*file.parent.parts})
                 for _, words in self.words
-                if file.name in words and (not partners or not partners.isdisjoint(words))
+                if _names(words, file.name) and (not partners or not partners.isdisjoint(words))
             ),
             default=-1,
         )
@@ -44,17 +46,38 @@ class LaunchFiles:
         the one with the fewest others. None where no launch file names both.
         """
         for launch, words in self.words:
-            named = [other for other in others if file.name in words and other.name in words]
-            if named:
+            named = [other for other in others if other.name in words]
+            if named and _names(words, file.name):
                 told = {other: len(words & {*other.parts}) for other in named}
                 return max(named, key=lambda other: (told[other], -len(other.parts))), launch
         return None
 
+    def starting(self, files: Sequence[Path]) -> tuple[Path, Path] | None:
+        """Returns the first file that a launch file names, and that launch file; None without."""
+        pairs = ((f, launch) for f in files for launch, words in self.words if f.name in words)
+        return next(pairs, None)
+
 
 def read_launch_files(files: Sequence[Path]) -> LaunchFiles:
     """Returns the words of the launch files among `files`; an unreadable one has none."""
-    chosen = [file for file in files if LAUNCH_FILE.search(file.name)]
+    chosen = [file for file in files if is_launch_file(file)]
     return LaunchFiles(tuple((file, _words_in(file)) for file in chosen))
+
+
+def _names(words: frozenset[str], name: str) -> bool:
+    """Tells whether a launch file's words name a file, whole or as a beginning, value and end.
+
+    The value is one of its words, too, such as an argument's default.
+    """
+    if name in words:
+        return True
+    return any(
+        name[:first] in words and name[first:last] in words and name[last:] in words
+        for first in range(2, len(name))
+        if BEGINNING.match(name[:first])
+        for last in range(first + 2, len(name))
+        if END.match(name[last:])
+    )
 
 
 def _words_in(file: Path) -> frozenset[str]:

@@ -73,7 +73,8 @@ class PackageFiles:
         """Returns the file of each kind by `--pick kind=N`, else the likeliest; None without one.
 
         The Nav2 file that is not picked is the robot's; map and world that are not
-        picked are those that a launch file starts with the Nav2 file. Raises InputError.
+        picked are those that a launch file starts with the Nav2 file. If it starts a world and none
+        of several maps, no map is taken but one of the world's name. Raises InputError.
         """
         picks = read_picks(texts)
         files = {kind: self.chosen(kind, picks.get(kind)) for kind in KINDS}
@@ -83,7 +84,18 @@ class PackageFiles:
             together = self._started_with(files[NAV2], kind)
             if together is not None and kind not in picks:
                 files[kind] = together[0]
+            elif kind == MAP and kind not in picks:
+                files[kind] = self._map_beside_world(files[NAV2], files[kind])
         return files
+
+    def _map_beside_world(self, nav2: Path | None, likeliest: Path | None) -> Path | None:
+        """Returns the map of a Nav2 file whose launch file names no map, but perhaps a world."""
+        together = self._started_with(nav2, WORLD)
+        if together is None or len(self.files[MAP]) < 2:
+            return likeliest
+        named = set(re.findall(r"[a-z0-9]+", together[0].stem.lower())) - {WORLD, MAP}
+        alike = [file for file in self.files[MAP] if named and named <= self._words(file)]
+        return next(iter(alike), None)
 
     def _started_with(self, nav2: Path | None, kind: str) -> tuple[Path, Path] | None:
         """Returns the map or world that a launch file starts with a Nav2 file, beside maps no mask.
@@ -107,8 +119,8 @@ class PackageFiles:
         if robot == default:
             where = ", ".join(map(str, self.roots))
             raise InputError(
-                f"--package {where}: no robot that drives in .xacro, .urdf, .sdf or .world; "
-                "expected one, or --robot"
+                f"--package {where}: no robot that drives in .xacro, .urdf, .sdf, .world or "
+                ".model; expected one, or --robot"
             )
 
     def lines(self, picked: Mapping[str, Path | None]) -> list[str]:
@@ -124,17 +136,25 @@ class PackageFiles:
                 continue
             how = f", another by --pick {kind}=N" if len(found) > 1 else ""
             told.append(f"{kind}: {len(found)} found{how}")
-            for number, file in enumerate(found[:MAX_LISTED], start=1):
+            for number, file in enumerate(found, start=1):
                 mark = "*" if file == picked[kind] else " "
+                if number > MAX_LISTED and mark == " ":
+                    continue
                 how = self._launched(file, kind, picked) if mark == "*" else ""
                 told.append(f"  {mark} {number:2} {self._short(file)}{how}")
-            if len(found) > MAX_LISTED:
-                told.append(f"       and {len(found) - MAX_LISTED} more")
+            is_beyond = picked[kind] in found[MAX_LISTED:]
+            if len(found) > MAX_LISTED + is_beyond:
+                told.append(f"       and {len(found) - MAX_LISTED - is_beyond} more")
         return told
 
     def _launched(self, file: Path, kind: str, picked: Mapping[str, Path | None]) -> str:
         together = self._started_with(picked.get(NAV2), kind) if kind in (MAP, WORLD) else None
-        return f" (as in {together[1].name})" if together and together[0] == file else ""
+        if together and together[0] == file:
+            return f" (as in {together[1].name})"
+        if kind != WORLD or self.launches.starting([file]):
+            return ""
+        started = self.launches.starting(self.files[WORLD])
+        return f" ({started[1].name} starts {started[0].name})" if started else ""
 
     def _words(self, file: Path) -> set[str]:
         return set(re.findall(r"[a-z0-9]+", self._short(file).as_posix().lower()))

@@ -7,13 +7,19 @@ from collections.abc import Callable, Sequence, Set
 from pathlib import Path
 
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.descriptions.body import base_of, wheel_joints
+from drake_navbench.inputs.descriptions.body import (
+    base_of,
+    plain_name,
+    wheel_joints,
+    wheels_of,
+)
 from drake_navbench.inputs.descriptions.clearpath_robot import is_clearpath
 from drake_navbench.inputs.descriptions.gazebo_drive import has_drive, names_drive
 from drake_navbench.inputs.descriptions.gazebo_sensors import LIDARS
-from drake_navbench.inputs.descriptions.model_source import read_source
+from drake_navbench.inputs.descriptions.model import Model
+from drake_navbench.inputs.descriptions.model_source import MODEL_SUFFIXES, read_source
 from drake_navbench.inputs.descriptions.ros_packages import PACKAGE_FILE, files_below
-from drake_navbench.inputs.descriptions.world import WORLD_SUFFIXES, is_world, read_world
+from drake_navbench.inputs.descriptions.world import is_world, read_world
 from drake_navbench.inputs.descriptions.xacro_macro import lacking, robot_macro
 from drake_navbench.inputs.launch_files import read_launch_files
 from drake_navbench.inputs.package_files import MAP, NAV2, ROBOT, WORLD, PackageFiles, is_mask
@@ -88,7 +94,7 @@ def find_package_files(roots: Sequence[Path]) -> PackageFiles:
 def _is_robot(file: Path) -> bool:
     if is_clearpath(file):
         return True
-    if file.suffix not in (*WORLD_SUFFIXES, ".urdf", ".xacro"):
+    if file.suffix not in MODEL_SUFFIXES:
         return False
     text = read_head_text(file)
     macro = robot_macro(text, file) if file.suffix == ".xacro" and "<link" in text else None
@@ -96,7 +102,7 @@ def _is_robot(file: Path) -> bool:
         return True
     if not WHOLE_ROBOT.search(text):
         return False
-    if file.suffix in WORLD_SUFFIXES:
+    if file.suffix not in (".urdf", ".xacro"):
         return names_drive(text)
     is_plain = file.suffix == ".urdf" and "<link" in text
     return is_plain or BUILDS.search(MACROS.sub("", text)) is not None
@@ -137,21 +143,57 @@ def _driving_first(
         tried.add(file.name)
         if len(tried) > MAX_TRIED:
             break
-        try:
-            model = read_source(file, folders=[root.absolute() for root in roots]).model
-        except InputError:
+        model = _readable(file, roots)
+        if model is None:
             continue
-        is_driven = has_drive(model)
-        links = {name.rpartition("::")[2] for name in model.links}
-        has_lidar = any(sensor.kind in LIDARS for sensor in model.sensors)
-        value = (not frames or not links.isdisjoint(frames), has_lidar, is_driven)
-        drives = is_driven or len(wheel_joints(model, base_of(model))) >= 2
+        value = _value(model, frames)
+        drives = value[2] or len(wheel_joints(model, base_of(model))) >= 2
         is_more = best is None or value > most or (value == most and _includes(file, best))
         if drives and is_more:
             best, most = file, value
         if all(most):
             break
+    if best is not None and best.suffix == ".urdf" and not any(most[1:]):
+        best = _simulated(best, files, roots, frames)
     return tuple(files) if best is None else (best, *(other for other in files if other != best))
+
+
+def _simulated(urdf: Path, files: Sequence[Path], roots: Sequence[Path], frames: Set[str]) -> Path:
+    """Returns the SDF model with lidar and drive of a bare URDF's robot, else the URDF.
+
+    It is in the URDF's package and has its wheels: SDF models beside a URDF are often of other
+    robots.
+    """
+    bare = _readable(urdf, roots)
+    beside = [f for f in files if f.suffix == ".sdf" and _package_of(f) == _package_of(urdf)]
+    for file in beside[:MAX_TRIED]:
+        model = _readable(file, roots)
+        if model is None or bare is None or not all(_value(model, frames)):
+            continue
+        if _wheel_places(model) == _wheel_places(bare):
+            return file
+    return urdf
+
+
+def _readable(file: Path, roots: Sequence[Path]) -> Model | None:
+    """Returns the model in a file; None where it cannot be read."""
+    try:
+        return read_source(file, folders=[root.absolute() for root in roots]).model
+    except InputError:
+        return None
+
+
+def _value(model: Model, frames: Set[str]) -> tuple[bool, bool, bool]:
+    """Tells whether a model has a link of `frames`, a lidar, and a plugin that drives it."""
+    links = {plain_name(name) for name in model.links}
+    has_lidar = any(sensor.kind in LIDARS for sensor in model.sensors)
+    return not frames or not links.isdisjoint(frames), has_lidar, has_drive(model)
+
+
+def _wheel_places(model: Model) -> list[tuple[int, int]]:
+    """Returns x and y of a model's wheels in its base frame, in whole centimetres."""
+    places = (wheel.position for wheel in wheels_of(model, base_of(model)))
+    return sorted((round(100 * float(x)), round(100 * float(y))) for x, y, _ in places)
 
 
 def _may_replace(file: Path, best: Path, value: tuple[bool, bool, bool]) -> bool:
@@ -159,7 +201,6 @@ def _may_replace(file: Path, best: Path, value: tuple[bool, bool, bool]) -> bool
     has_frame, *senses_or_drives = value
     if file.parent == best.parent or not has_frame or _includes(file, best):
         return True
-    # SDF models beside a URDF are often of other robots, or older.
     is_alike = file.suffix != ".sdf" and _package_of(file) == _package_of(best)
     return is_alike and not any(senses_or_drives)
 
@@ -171,7 +212,8 @@ def _package_of(file: Path) -> Path:
 
 def _base_frames(nav2: Sequence[Path]) -> set[str]:
     """Returns the base frames that the likeliest Nav2 file names."""
-    return {*BASE_FRAME.findall(read_head_text(nav2[0]))} if nav2 else set()
+    frames = BASE_FRAME.findall(read_head_text(nav2[0])) if nav2 else []
+    return {plain_name(frame) for frame in frames}
 
 
 def _includes(file: Path, part: Path) -> bool:

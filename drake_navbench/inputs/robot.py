@@ -44,6 +44,8 @@ if TYPE_CHECKING:
 
 # The height of a robot whose file gives none, m.
 GUESSED_TOP_M = 0.5
+# The farthest corner of a robot from its base frame's origin, m: farther ones are millimetres.
+FARTHEST_CORNER_M = 50.0
 ROBOT_FILES = NamedFiles(kind="robot", package="drake_navbench.models")
 
 
@@ -122,6 +124,12 @@ class Robot(QuietModel):
     def _check(self) -> Robot:
         if (self.footprint is None) == (self.robot_radius is None):
             raise ValueError("expected either footprint or robot_radius, and not both")
+        farthest_m = float(np.abs(self.outline).max())
+        if farthest_m > FARTHEST_CORNER_M:
+            name = "footprint" if self.robot_radius is None else "robot_radius"
+            raise ValueError(
+                f"{name}: expected metres, at most {FARTHEST_CORNER_M:g}, got {farthest_m:g}"
+            )
         for name in ("footprint", "collision_outline"):
             corners = getattr(self, name)
             if corners is not None and not _is_around_origin(corners):

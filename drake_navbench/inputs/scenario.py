@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -230,6 +231,14 @@ class Scenario(FloorScenario):
         )
 
 
+def warn_of_degrees(poses: Mapping[str, Pose | None]) -> None:
+    """Warns of headings of more than a turn. poses: by what names them to the user."""
+    for name, pose in poses.items():
+        if pose is not None and abs(pose[2]) > 2.0 * math.pi:
+            warning = f"{name}: a heading of {pose[2]:g} rad; headings are not in degrees"
+            warnings.warn(warning, InputWarning, stacklevel=3)
+
+
 def scenario_on_map(
     map_file: Path,
     start: Pose,
@@ -288,10 +297,7 @@ def scenario_in_file(data: dict[str, Any], path: Path, text: str | None = None) 
         raise InputError(
             f"{path}: clean_scenario: unknown scenario {scenario.clean_scenario!r}{hint}"
         )
-    for name, pose in (("start", scenario.start), ("goal", scenario.goal)):
-        if abs(pose[2]) > 2.0 * math.pi:
-            warning = f"{path}: {name}: a heading of {pose[2]:g} rad; headings are not in degrees"
-            warnings.warn(warning, InputWarning, stacklevel=2)
+    warn_of_degrees({f"{path}: start": scenario.start, f"{path}: goal": scenario.goal})
     # Maps and masks are read now, so that a wrong one is found before any trial.
     for one in (scenario, *scenario.floor_scenarios):
         _ = one.map, one.filter_masks

@@ -93,6 +93,8 @@ def note_body(outlines: Outlines, robot: Robot, base_name: str) -> None:
     if outside > TOLERANCE_M:
         remark += f", which reaches {outside:.2f} m beyond it"
         status = Status.DOUBTFUL
+    if outline.remark:
+        status, remark = Status.STAND_IN, f"{outline.remark}; {remark}"
     reader.note(status, _parameter(outline), remark)
 
 

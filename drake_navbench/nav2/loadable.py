@@ -10,10 +10,23 @@ import re
 from collections.abc import Mapping
 
 from drake_navbench.plugins.releases import Release
-from drake_navbench.typed_files.name_lists import name_lists
+from drake_navbench.typed_files.name_lists import name_lists, packaged_table
 
-# By package the classes that servers load.
-CLASSES = name_lists(__package__, "loadable_classes.yaml")
+_CLASSES = packaged_table(__package__, "loadable_classes.yaml")
+# A class, as "package::kind" -> the first release from Humble on that has it.
+CLASSES_SINCE: Mapping[str, Release] = {
+    f"{package}::{kind}": Release(release)
+    for release, packages in _CLASSES["since"].items()
+    for package, kinds in packages.items()
+    for kind in kinds
+}
+# Newer releases that lack a class of an older one.
+WITHOUT = frozenset(
+    (f"{package}::{kind}", Release(release))
+    for release, packages in _CLASSES["without"].items()
+    for package, kinds in packages.items()
+    for kind in kinds
+)
 # Packages whose plugins have a slash in their names up to a release, and colons after it.
 SLASH_UNTIL = {
     "nav2_behaviors": Release.IRON,
@@ -46,11 +59,36 @@ def loadable_name(name: str, release: Release) -> str:
     """Returns a plugin's name as a release loads it; the name itself where no release knows it."""
     name = OLD.get(name, name)
     found = PLUGIN.fullmatch(name)
-    if found is None or found["kind"] not in CLASSES.get(found["package"], ()):
+    if found is None or _with_colons(found) not in CLASSES_SINCE:
         return name
     until = SLASH_UNTIL.get(found["package"])
     has_slash = until is not None and release <= until
     return f"{found['package']}{'/' if has_slash else '::'}{found['kind']}"
+
+
+def came_with(name: str) -> Release | None:
+    """Returns the first release from Humble on that has a class, spelled either way.
+
+    None where no release knows it.
+    """
+    found = PLUGIN.fullmatch(OLD.get(name, name))
+    return None if found is None else CLASSES_SINCE.get(_with_colons(found))
+
+
+def fault_of_class(name: str, release: Release) -> str:
+    """Returns why a release has no class of Nav2's; '' where it has it, or no release knows it.
+
+    The reason goes on after the class's name.
+    """
+    since = came_with(name)
+    if since is not None and since > release:
+        return f"exists from {since} on, not in {release}"
+    is_lacking = (OLD.get(name, name).replace("/", "::"), release) in WITHOUT
+    return f"does not exist in {release}" if is_lacking else ""
+
+
+def _with_colons(found: re.Match[str]) -> str:
+    return f"{found['package']}::{found['kind']}"
 
 
 def faults_of_libraries(names: list[str], release: Release) -> dict[str, str]:

@@ -9,17 +9,28 @@ import json
 import re
 from typing import Any, NamedTuple
 
+import numpy as np
+import shapely
+
 from drake_navbench.inputs.check import Status
+from drake_navbench.inputs.known_base import around_origin
 from drake_navbench.nav2.node_reader import NodeReader
 from drake_navbench.navigation.costmaps.costmap_settings import CostmapSettings
 
+# The largest distance of the base frame's origin from a footprint that is made larger, m.
+MAX_BESIDE_M = 0.05
+
 
 class Outline(NamedTuple):
-    """A robot's outline as a costmap gives it: corners or a radius, m, and the padding, m."""
+    """A robot's outline as a costmap gives it: corners or a radius, m, and the padding, m.
+
+    remark: on corners that are not taken as they are; '' without one.
+    """
 
     footprint: list[list[float]] | None
     radius_m: float | None
     padding_m: float | None
+    remark: str = ""
 
     @property
     def is_given(self) -> bool:
@@ -51,7 +62,14 @@ def read_outline(reader: NodeReader) -> Outline:
         return Outline(None, reader.value("robot_radius"), padding)
     if reader.given("robot_radius"):
         reader.note(Status.UNREAD, "robot_radius", "footprint is given, too, and overrides it")
-    return Outline(footprint, None, padding)
+    polygon, origin = shapely.Polygon(footprint), shapely.Point(0.0, 0.0)
+    is_near = polygon.is_valid and polygon.distance(origin) <= MAX_BESIDE_M
+    if not is_near or polygon.contains(origin):
+        return Outline(footprint, None, padding)
+    taken = around_origin(np.array(footprint)).tolist()
+    remark = "the base frame's origin is no point inside it; here it is made larger around it"
+    reader.note(Status.STAND_IN, "footprint", remark)
+    return Outline(taken, None, padding, remark)
 
 
 def _footprint(reader: NodeReader) -> list[list[float]] | None:

@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 from drake_navbench.inputs.check import CheckRow, Status
 from drake_navbench.inputs.navigation_settings import ControllerServerSettings
 from drake_navbench.kernels.grid import INSCRIBED
-from drake_navbench.nav2.loadable import SLASH_UNTIL
-from drake_navbench.nav2.parameters import Section
+from drake_navbench.nav2.loadable import SLASH_UNTIL, came_with, fault_of_class
+from drake_navbench.nav2.parameters import Node, Section
 from drake_navbench.navigation.behavior_tree.settings import BehaviorTreeSettings
 from drake_navbench.plugins.releases import NEWEST_RELEASE, RELEASE_FIELD, Release, defaults_in
 from drake_navbench.typed_files.name_lists import packaged_table
@@ -77,8 +77,8 @@ class _Marks(NamedTuple):
 
     paths: values with a path in a release's installation, found by INSTALLATION. plugins: names of
     plugins; LAST_OF_OLD_NAMES or FIRST_OF_NEW_NAMES for each. since: parameters that a release was
-    the first to read, by SINCE. until: the parameters that a release was the last to read, by UNTIL
-    and OLD_NODE.
+    the first to read, by SINCE, and classes that it was the first to have. until: the parameters
+    that a release was the last to read, by UNTIL and OLD_NODE.
     """
 
     paths: list[Found]
@@ -160,6 +160,7 @@ def _marks(sections: Iterable[Section]) -> _Marks:
             values = parameter.value if isinstance(parameter.value, list) else [parameter.value]
             marks.paths.extend(filter(None, map(_by_path, values)))
             marks.plugins.extend(filter(None, map(_by_plugin, values)))
+            marks.since.extend(filter(None, map(_by_class, values)))
             marks.came_with_humble.extend(
                 Found(Release.HUMBLE, value)
                 for value in values
@@ -184,6 +185,17 @@ def _by_plugin(value: Any) -> Found | None:
     if renamed is None:
         return None
     return Found(LAST_OF_OLD_NAMES if renamed[1] == "/" else FIRST_OF_NEW_NAMES, value)
+
+
+def _by_class(value: Any) -> Found | None:
+    """Returns the release that was the first to have a class; None up to Humble, and for others.
+
+    A navigator's name tells nothing: Humble reads none, but files for Humble have some.
+    """
+    since = came_with(value) if isinstance(value, str) else None
+    if since is None or since is Release.HUMBLE or value.startswith("nav2_bt_navigator"):
+        return None
+    return Found(since, value)
 
 
 def navigation_of(release: Release) -> dict[str, Any]:
@@ -230,3 +242,22 @@ def told_by(mark: str) -> str:
 def release_row(found: Found) -> CheckRow:
     """Returns the row of the check that names the release and the mark that told it."""
     return CheckRow(Status.OTHER_FORM, "nav2_release", found.release, told_by(found.mark))
+
+
+def note_absent_classes(
+    rows: dict[tuple[str, str], CheckRow], node: Node, release: Release
+) -> None:
+    """Changes the rows of a node's used parameters that name a class which the release lacks.
+
+    rows: of all parameters, by node and name. The class is used here, but Nav2 does not start.
+    """
+    for name, parameter in node.parameters.items():
+        row, value = rows.get((node.name.lstrip("/"), name)), parameter.value
+        if row is None or row.status not in (Status.USED, Status.OTHER_FORM):
+            continue
+        if not isinstance(value, str):
+            continue
+        fault = fault_of_class(value, release)
+        if fault:
+            remark = f"{value} {fault}: this node of Nav2 does not start; used here all the same"
+            rows[row.node, name] = row._replace(status=Status.STAND_IN, remark=remark)

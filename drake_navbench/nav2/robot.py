@@ -49,6 +49,7 @@ from drake_navbench.nav2.release import (
     Found,
     has_node,
     navigation_of,
+    note_absent_classes,
     release_of,
     release_row,
     tree_of,
@@ -199,6 +200,8 @@ class _Files:
         source = ", ".join(map(str, paths))
         robot = validate(Robot, data, source)
         self._note_smoothed_away(presets, robot)
+        for node in [*self._servers, *(reader.node for reader in self._readers)]:
+            note_absent_classes(self._rows, node, self._release.release)
         self._note_other_sections()
         robot = robot.model_copy(update={"directory": self._base.directory})
         if robot.drive.has_wheels:

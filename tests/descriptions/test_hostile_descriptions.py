@@ -252,3 +252,8 @@ def test_pipes_and_links_in_a_loop_are_no_robots(tmp_path):
     (tmp_path / "b.urdf").symlink_to("a.urdf")
     assert find_package_files([tmp_path]).files["robot"] == ()
     assert "pipe.yaml: expected a regular file" in refusal(load_robot, str(tmp_path / "pipe.yaml"))
+
+
+def test_a_size_in_words_is_told_where_it_leaves_no_outline(tmp_path):
+    line = refusal(read_robot_model, cart(tmp_path, BOX.replace("0.6", "long")))
+    assert "<box> size='long 0.4 0.2': expected numbers" in line

@@ -168,7 +168,9 @@ def test_a_robot_that_stands_in_a_world_alone_is_found_and_drives_there(tmp_path
     robot = load_robot(arguments.robot)
     assert np.ptp(robot.outline, axis=0).tolist() == [0.5, 0.3]
     path.write_text(world(ROOM))
-    with pytest.raises(InputError, match=r"no robot that drives in \.xacro, \.urdf, \.sdf or"):
+    with pytest.raises(
+        InputError, match=r"no robot that drives in \.xacro, \.urdf, \.sdf, \.world or"
+    ):
         filled("--package", str(tmp_path))
 
 
@@ -194,7 +196,9 @@ def test_of_two_robots_each_has_its_own_nav2_file(repository, name, is_launched)
 
 def test_a_folder_without_a_robot_is_one_line(tmp_path, capsys):
     assert main(["--package", str(tmp_path)]) == 2
-    assert "no robot that drives in .xacro, .urdf, .sdf or .world" in capsys.readouterr().err
+    assert (
+        "no robot that drives in .xacro, .urdf, .sdf, .world or .model" in capsys.readouterr().err
+    )
     assert main(["--package", str(tmp_path / "gone")]) == 2
     assert "expected the folder of a robot's packages" in capsys.readouterr().err
     assert main(["--pick", "robot=1"]) == 2

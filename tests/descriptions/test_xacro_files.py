@@ -54,6 +54,13 @@ def test_all_packages_that_a_robot_lacks_are_named(tmp_path):
         load_robot(str(path))
 
 
+def test_an_argument_in_a_package_that_is_missing_names_the_package_and_no_folder_of_ours(tmp_path):
+    path = write_repository(tmp_path)
+    limits = '<xacro:arg name="limits" default="$(find ur_description)/limits.yaml"/>'
+    path.write_text(XACRO.replace("<link", f"{limits}<link", 1))
+    assert expand_xacro(path).arguments["limits"] == "package://ur_description/limits.yaml"
+
+
 def test_a_mesh_of_a_gazebo_model_is_searched_by_the_models_name(tmp_path):
     """The library that expands xacro puts the file's folder between model:// and the name."""
     path = write_repository(tmp_path)

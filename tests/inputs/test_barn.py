@@ -47,6 +47,15 @@ def test_each_cylinder_stands_once_and_only_the_lidar_knows_it(tmp_path):
     assert scenario.known_world.obstacles == ()
 
 
+def test_a_world_saved_again_with_double_quotes_is_the_same(tmp_path):
+    folder = write_world(tmp_path)
+    (scenario,) = barn_scenarios(folder)
+    path = folder / "world_7.world"
+    path.write_text(path.read_text().replace("'", '"'))
+    (again,) = barn_scenarios(folder)
+    assert again.world.obstacles == scenario.world.obstacles
+
+
 def test_the_task_is_that_of_the_challenge(tmp_path):
     (scenario,) = barn_scenarios(write_world(tmp_path))
     assert scenario.name == "barn_007"

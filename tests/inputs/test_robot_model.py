@@ -321,3 +321,15 @@ def test_the_costmap_may_take_another_outline_than_the_one_that_touches():
     np.testing.assert_array_equal(
         robot.padded_outline, pad_footprint(robot.costmap_outline, padding)
     )
+
+
+@pytest.mark.parametrize(
+    "outline", ["robot_radius: 200", "footprint: [[300, 200], [300, -200], [-300, 0]]"]
+)
+def test_a_robot_in_millimetres_is_refused(tmp_path, outline):
+    path = tmp_path / "mine.yaml"
+    path.write_text(f"description: mine\n{outline}\n")
+    with pytest.raises(
+        InputError, match=rf"{outline.partition(':')[0]}: expected metres, at most 50"
+    ):
+        load_robot(str(path))

@@ -9,7 +9,12 @@ import yaml
 
 from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.floor_scenario import SCENARIO_FILES
-from drake_navbench.inputs.scenario import SET_BY_LOADING, Scenario, load_scenario
+from drake_navbench.inputs.scenario import (
+    SET_BY_LOADING,
+    Scenario,
+    load_scenario,
+    warn_of_degrees,
+)
 
 EVERY_FIELD = """
 description: every field set, none to its default
@@ -124,3 +129,8 @@ def test_a_heading_of_more_than_a_turn_is_told_as_one_in_degrees(tmp_path):
     path.write_text(TASK.format(heading="90"))
     with pytest.warns(InputWarning, match=r"goal: a heading of 90 rad; headings are not in deg"):
         load_scenario(str(path))
+
+
+def test_a_goal_in_degrees_on_the_command_line_is_told():
+    with pytest.warns(InputWarning, match=r"^--goal: a heading of 90 rad; headings are not in deg"):
+        warn_of_degrees({"--start": None, "--goal": (3.0, 2.0, 90.0)})

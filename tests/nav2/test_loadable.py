@@ -4,7 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from drake_navbench.nav2.loadable import NODES_SINCE, faults_of_libraries, loadable_name
+from drake_navbench.nav2.loadable import (
+    NODES_SINCE,
+    fault_of_class,
+    faults_of_libraries,
+    loadable_name,
+)
 from drake_navbench.plugins.releases import Release
 
 
@@ -60,3 +65,32 @@ def test_all_libraries_of_nav2_are_known_once():
     # Counted in nav2_behavior_tree/CMakeLists.txt of lyrical, without those that went before.
     assert len(NODES_SINCE) > 70
     assert NODES_SINCE["nav2_path_expiring_timer_condition"] is Release.HUMBLE
+
+
+@pytest.mark.parametrize(
+    ("name", "release", "fault"),
+    [
+        (
+            "nav2_costmap_2d::LegacyInflationLayer",
+            Release.HUMBLE,
+            "exists from lyrical on, not in humble",
+        ),
+        ("nav2_costmap_2d::LegacyInflationLayer", Release.LYRICAL, ""),
+        (
+            "nav2_costmap_2d/PluginContainerLayer",
+            Release.IRON,
+            "exists from jazzy on, not in iron",
+        ),
+        # It came to Humble after Iron had ended.
+        ("nav2_graceful_controller::GracefulController", Release.HUMBLE, ""),
+        (
+            "nav2_graceful_controller::GracefulController",
+            Release.IRON,
+            "does not exist in iron",
+        ),
+        ("nav2_recoveries/Spin", Release.HUMBLE, ""),
+        ("mine::Layer", Release.HUMBLE, ""),
+    ],
+)
+def test_a_class_that_a_release_lacks_is_told(name, release, fault):
+    assert fault_of_class(name, release) == fault

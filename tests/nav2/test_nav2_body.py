@@ -72,3 +72,15 @@ def test_the_body_of_the_same_outline_needs_no_word(rows_and_robot, tmp_path):
     (row,), robot = rows_and_robot(str(own))
     assert robot.collision_outline is None
     assert row.status is Status.USED
+
+
+def test_a_footprint_whose_edge_the_base_frame_lies_on_is_made_larger(tmp_path):
+    """A forklift drives with the axle at the rear end of its outline; Nav2 takes it as it is."""
+    path = tmp_path / "nav2.yaml"
+    path.write_text(FILE.replace("-0.2, -0.2], [-0.2, 0.2", "0.0, -0.2], [0.0, 0.2"))
+    setup = read_nav2_files([path], load_robot("wheelchair"), "wheelchair")
+    (row,) = [row for row in setup.check.rows if row.parameter == "footprint"]
+    assert row.status is Status.STAND_IN
+    assert "the base frame's origin is no point inside it" in row.remark
+    assert setup.robot.outline.min(axis=0) == pytest.approx([-0.01, -0.2])
+    assert setup.robot.outline.max(axis=0) == pytest.approx([0.2, 0.2])

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from nav2_setups import read_nav2_files
+from nav2_texts import COLUMN, LOCAL, row_of
 
 from drake_navbench.commands.run import main
 from drake_navbench.errors import InputError
@@ -15,6 +16,8 @@ from drake_navbench.nav2.parameters import read_parameter_file
 from drake_navbench.nav2.release import Found, release_of, release_row
 from drake_navbench.plugins.releases import Release
 
+NAME = "inflation_layer"
+LEGACY = "nav2_costmap_2d::LegacyInflationLayer"
 FILES = Path(__file__).parent / "nav2_files"
 WHEELCHAIR = load_robot("wheelchair")
 RPP = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
@@ -85,6 +88,9 @@ COLONS = 'GridBased: {plugin: "nav2_navfn_planner::NavfnPlanner"}'
             "nav2_follow_path_action_bt_node",
         ),
         (["plugin_lib_names: [my_own_bt_node]"], "lyrical", ""),
+        # A class that came with a release tells it where the names' form allows it.
+        ([COLONS, f"a: {{plugin: {LEGACY}}}"], "lyrical", LEGACY),
+        ([SLASH, f"a: {{plugin: {LEGACY}}}"], "humble", "nav2_navfn_planner/NavfnPlanner"),
     ],
 )
 def test_what_a_release_can_load_counts_more_than_what_it_reads(tmp_path, lines, release, mark):
@@ -323,3 +329,14 @@ def test_up_to_jazzy_mppi_checks_the_polygon_of_a_round_robot(release, tmp_path,
         assert code == 0
         doubtful = out.partition("Probably a mistake")[2]
         assert "F.ObstaclesCritic.consider_footprint (line 1): the costmap" in doubtful
+
+
+def test_a_class_that_the_release_lacks_keeps_nav2_from_starting(tmp_path):
+    file = tmp_path / "nav2.yaml"
+    layer = f"plugins: [{NAME}], {NAME}: {{plugin: {LEGACY}}}"
+    file.write_text(COLUMN + LOCAL % f"rolling_window: true, {layer}")
+    row = row_of(read_nav2_files([file], WHEELCHAIR, "chair", release="humble"), f"{NAME}.plugin")
+    assert row.status == "not supported; replaced"
+    assert row.remark.startswith(f"{LEGACY} exists from lyrical on, not in humble")
+    row = row_of(read_nav2_files([file], WHEELCHAIR, "chair", release="lyrical"), f"{NAME}.plugin")
+    assert row.status == "used"

@@ -55,12 +55,20 @@ class Wheel(NamedTuple):
     radius_m: float | None
 
 
+def plain_name(link: str) -> str:
+    """Returns a link's name without a model's name, as in SDF, or a robot's prefix before it.
+
+    'chair::base_link' and 'robot1/base_link' are 'base_link'.
+    """
+    return re.split("::|/", link)[-1]
+
+
 def base_of(model: Model, wanted: str | None = None) -> str:
     """Returns the name of the base link: `wanted`, base_link, base_footprint, or else the root."""
     for name in (wanted, *BASE_LINKS):
         if name is None:
             continue
-        found = [link for link in model.links if link.rpartition("::")[2] == name]
+        found = [link for link in model.links if plain_name(link) == name]
         if found:
             return found[0]
     children = {joint.child for joint in model.joints}
@@ -301,7 +309,7 @@ def floor_of(model: Model, body: Body, wheels: Sequence[Wheel]) -> float:
     ends = [w.position[2] - w.radius_m for w in wheels if w.radius_m is not None]
     if ends:
         return float(min(ends))
-    footprint = [n for n in model.links if n.rpartition("::")[2] == "base_footprint"]
+    footprint = [n for n in model.links if plain_name(n) == "base_footprint"]
     if footprint:
         pose = to_base_of(model, body.base) @ model.links[footprint[0]].pose
         return float(pose[2, 3])

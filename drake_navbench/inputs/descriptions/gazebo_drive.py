@@ -206,6 +206,10 @@ def _by_controllers(files: Sequence[str], packages: Packages) -> FoundDrive | No
     return None
 
 
+def _may_have_controllers(file: Path) -> bool:
+    return CONTROLLERS_FILE.search(file.name) is not None
+
+
 def _by_wheel_names(model: Model, wheels: Sequence[Wheel], packages: Packages) -> FoundDrive | None:
     """Returns the drive in the nearest controllers file of this model.
 
@@ -213,7 +217,7 @@ def _by_wheel_names(model: Model, wheels: Sequence[Wheel], packages: Packages) -
     """
     driven = {wheel.joint.name for wheel in wheels}
     joints = {joint.name for joint in model.joints}
-    for file in packages.files(CONTROLLERS_FILE) if driven else ():
+    for file in packages.files(_may_have_controllers) if driven else ():
         found = _controllers_in(file, lambda named: named <= joints and bool(named & driven))
         if found is not None:
             return found

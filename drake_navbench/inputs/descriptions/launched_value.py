@@ -9,6 +9,8 @@ from drake_navbench.inputs.descriptions.ros_packages import Packages
 from drake_navbench.typed_files.input_file import read_head_text
 
 LAUNCH_FILE = re.compile(r"launch.*\.(?:py|xml|launch|ya?ml)$|\.launch$")
+# A folder of which every Python file is a launch file.
+LAUNCH_FOLDER = "launch"
 # Words alone: an expression of a launch file is no value.
 VALUE = r"([\w.+-]+)"
 # How launch files give a value: to xacro, as the default of their own argument in Python and XML,
@@ -21,13 +23,19 @@ FORMS = (
 )
 
 
+def is_launch_file(file: Path) -> bool:
+    """Tells whether a file is a launch file, by its name or its folder's."""
+    named = LAUNCH_FILE.search(file.name) is not None
+    return named or (file.suffix == ".py" and file.parent.name == LAUNCH_FOLDER)
+
+
 def launched_value(name: str, file: Path, packages: Packages) -> tuple[str, Path] | None:
     """Returns an argument's value in a launch file that names a xacro file, and the launch file.
 
     The launch files are those of the file's robot, the nearest first. None where none gives it.
     """
     forms = [re.compile(form.format(name=re.escape(name), value=VALUE)) for form in FORMS]
-    for launch in packages.files(LAUNCH_FILE):
+    for launch in packages.files(is_launch_file):
         text = read_head_text(launch)
         if file.name not in text:
             continue

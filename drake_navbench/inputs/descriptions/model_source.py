@@ -22,8 +22,8 @@ from drake_navbench.inputs.descriptions.xml_file import read_xml, text_of
 from drake_navbench.typed_files.input_file import MEGABYTE, read_input
 
 MAX_FILE_BYTES = 64 * MEGABYTE
-# A world is the robot that stands in it.
-MODEL_SUFFIXES = (".urdf", ".sdf", ".world", XACRO)
+# A world is the robot that stands in it. A .model is URDF or SDF, by its root element.
+MODEL_SUFFIXES = (".urdf", ".sdf", ".world", ".model", XACRO)
 # Text that only xacro gives a meaning, also in files called .urdf.
 XACRO_MARKS = re.compile(r"<xacro:|=\s*[\"'][^\"']*\$[{(]")
 # The root elements of other simulators' files; see docs/robots.md.

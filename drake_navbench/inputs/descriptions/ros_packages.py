@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from pathlib import Path
 
@@ -72,8 +72,8 @@ class Packages:
             known |= packages_below(root)
         return known
 
-    def files(self, names: re.Pattern[str]) -> list[Path]:
-        """Returns the files of such names that belong to the file's robot, the nearest first.
+    def files(self, is_wanted: Callable[[Path], bool]) -> list[Path]:
+        """Returns the wanted files that belong to the file's robot, the nearest first.
 
         They are in the repository and in the named folders. Without a `.git`, the packages beside
         the file's may be other robots': the named folder around the file counts then.
@@ -82,7 +82,7 @@ class Packages:
         is_clone = (root / CHECKOUT).exists()
         is_named = any(self._folder.is_relative_to(folder) for folder in named)
         roots = named if is_named and not is_clone else [root, *named]
-        found = [f for below in roots for f in files_below(below) if names.search(f.name)]
+        found = [f for below in roots for f in files_below(below) if is_wanted(f)]
         here = self._folder.parts
 
         def shared(file: Path) -> int:

@@ -20,6 +20,8 @@ from drake_navbench.inputs.descriptions.xacro_macro import call_of, robot_macro,
 from drake_navbench.inputs.descriptions.xml_file import without_late_declaration
 
 UNDEFINED = re.compile(r"Undefined substitution argument (\w+)")
+# The beginning of a file's place in a package.
+PACKAGE = "package://"
 UNSET = re.compile(r"environment variable '(\w+)' is not set")
 # The most files of missing packages; xacro asks for one after the other.
 MAX_MISSING = 100
@@ -80,9 +82,11 @@ def _expanded_with(
             raise InputError(f"needs more than {MAX_MISSING} files that are not there")
         if missing.macros and not (LINK.search(text) and WHEEL.search(text)):
             raise missing.fault(InputError(missing.remarks()[-1]))
-        # Meshes of a missing package do not exist under its name.
-        text = text.replace(f"{missing.folder}/", "package://")
-    values = {name: str(arguments[name]) for name in sorted(arguments.declared)}
+        # Files of a missing package do not exist under its name.
+        there = f"{missing.folder}/"
+        text = text.replace(there, PACKAGE)
+        told = {name: str(arguments[name]) for name in sorted(arguments.declared)}
+    values = {name: value.replace(there, PACKAGE) for name, value in told.items()}
     return text, values, missing.remarks()
 
 

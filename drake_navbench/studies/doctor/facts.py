@@ -183,7 +183,9 @@ def facts_of(setup: Nav2Setup, preset: Preset | None) -> Facts:
     unreadable = unreadable_by(preset) if preset is not None else frozenset()
     for (owner, parameter), value in setup.given.items():
         place = names.place_of(owner.rpartition("/")[2], parameter, setup)
-        if place is None:
+        # A costmap whose name stands there once is no node, and nothing reads its parameters.
+        is_no_node = owner in COSTMAPS and (owner, "") in nobodys
+        if place is None or is_no_node:
             continue
         given.add(place)
         if place not in values and (owner, parameter) in nobodys:

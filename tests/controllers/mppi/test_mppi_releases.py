@@ -478,3 +478,12 @@ def test_humble_resets_the_optimizer_after_a_pause_longer_than_reset_period():
         assert after.sampler.reset_count == resets
         assert after.limit_is_lifted == bool(resets)
         assert after.driven_at_s == 3.0 + pause_s
+
+
+def test_humble_resets_the_optimizer_in_every_cycle_where_reset_period_is_negative():
+    controller = controller_of("humble", reset_period=-1.0)
+    observation = replace(see(straight_plan(1.4)), time_s=3.0)
+    memory = controller.step(observation, controller.initial_memory()).memory
+    for cycle in (1, 2):
+        memory = controller.step(replace(observation, time_s=3.0 + 0.1 * cycle), memory).memory
+        assert memory.sampler.reset_count == cycle

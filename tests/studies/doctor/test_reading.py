@@ -17,7 +17,7 @@ from drake_navbench.errors import InputError
 from drake_navbench.studies.doctor.causes import Direction
 from drake_navbench.studies.doctor.complaints import symptoms_called, symptoms_told
 from drake_navbench.studies.doctor.in_effect import is_in_effect
-from drake_navbench.studies.doctor.reading import suspicions_of
+from drake_navbench.studies.doctor.reading import findings_of, suspicions_of
 from drake_navbench.studies.doctor.suspects import all_suspects, ranges
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
 
@@ -126,3 +126,22 @@ def test_a_value_far_beyond_the_other_end_of_its_range_speaks_more_against_a_cau
 
     # The usual range is 0.25 to 0.4 rad/s; 0.1 is less than half of its lower end.
     assert score(0.9) > score(0.3) > score(0.2) > score(0.1)
+
+
+def test_values_of_a_costmap_whose_name_stands_there_once_are_nobody_s(facts):
+    """Its scan marks farther than it clears, but no node reads that."""
+    scan = "scan: {obstacle_max_range: 5.0, raytrace_max_range: 2.0, max_obstacle_height: 2.0}"
+    layer = (
+        "plugins: [obstacle_layer], obstacle_layer: {plugin: nav2_costmap_2d::ObstacleLayer, "
+        f"observation_sources: scan, {scan}}}"
+    )
+    rule = "marks-farther-than-it-clears"
+
+    def fired(node):
+        server = f"ros__parameters: {{FollowPath: {{plugin: {RPP}}}}}"
+        text = f"controller_server: {{{server}}}\n{node % f'{{ros__parameters: {{{layer}}}}}'}\n"
+        return {finding.rule.name for finding in findings_of(facts(text))}
+
+    assert rule in fired("local_costmap: {local_costmap: %s}")
+    assert rule not in fired("local_costmap: %s")
+    assert "costmap-named-once" in fired("local_costmap: %s")

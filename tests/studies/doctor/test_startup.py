@@ -110,6 +110,14 @@ def test_humble_has_no_navigators_to_load(facts):
     assert "not-loaded-bt_navigator" in fired(facts("iron", bt_navigator=navigator))
 
 
+def test_a_class_that_only_another_release_has_is_found(facts):
+    layer = {"plugin": "nav2_costmap_2d::LegacyInflationLayer"}
+    costmap = {"local_costmap": {"plugins": ["inflation_layer"], "inflation_layer": layer}}
+    rule = "class-of-another-release-local_costmap"
+    assert "exists from lyrical on, not in humble" in fired(facts("humble", **costmap))[rule]
+    assert rule not in fired(facts("lyrical", **costmap))
+
+
 def test_a_library_that_the_navigator_loads_itself_is_found(facts):
     navigator = {"plugin_lib_names": ["nav2_spin_action_bt_node", "my_own_bt_node"]}
     found = facts("jazzy", bt_navigator=navigator)

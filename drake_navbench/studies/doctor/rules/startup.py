@@ -5,7 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple
 
-from drake_navbench.nav2.loadable import OLD, PLUGIN, faults_of_libraries, loadable_name
+from drake_navbench.nav2.loadable import (
+    OLD,
+    PLUGIN,
+    fault_of_class,
+    faults_of_libraries,
+    loadable_name,
+)
 from drake_navbench.nav2.release import OLD_NODE
 from drake_navbench.nav2.robot import NESTED
 from drake_navbench.plugins.releases import Release
@@ -41,6 +47,10 @@ LISTS = {
     "controller_server.controller_plugins": "controller.plugin",
     "controller_server.goal_checker_plugins": "goal_checker.plugin",
     "controller_server.progress_checker_plugins": "progress_checker.plugin",
+}
+# The nodes whose plugins' classes differ by release -> the place of the types.
+CLASSES_OF = {listed_in.partition(".")[0]: place for listed_in, place in LISTS.items()} | {
+    "controller_server": "controller.plugin"
 }
 # Names of plugins that a server knows without a block, where its list is Nav2's own.
 OWN_NAMES = frozenset(
@@ -112,6 +122,34 @@ def _not_loaded(place: str, symptoms: Mapping[Symptom, float]) -> Rule:
         (put(place, lambda f: slips(f)[0].right),),
         SOURCE,
         advice="write each name as it stands in brackets",
+    )
+
+
+def _absent(f: Facts, node: str) -> dict[str, str]:
+    """Returns by name why the file's release lacks a class that a node's parameters name."""
+    named = {
+        value: fault_of_class(value, f.release)
+        for raw, value in f.raw.items()
+        if raw.startswith(f"{node}.") and raw.endswith(".plugin") and isinstance(value, str)
+        if not _is_unread(f, raw, value) and f"{raw.removesuffix('.plugin')}" not in f.unread
+    }
+    return {name: fault for name, fault in named.items() if fault}
+
+
+def _of_another_release(node: str, place: str) -> Rule:
+    """Returns the rule about classes that another release has."""
+    return Rule(
+        f"class-of-another-release-{node}",
+        lambda f: bool(_absent(f, node)),
+        lambda f: (
+            f"{node} names "
+            + ", ".join(f"{name}, which {fault}" for name, fault in _absent(f, node).items())
+            + ": the server does not start"
+        ),
+        {S.NO_START: SURE},
+        (put(place),),
+        SOURCE,
+        advice="name a class that the release has, or give the release: --nav2-release",
     )
 
 
@@ -209,6 +247,7 @@ RULES = (
         "libraries of your own",
     ),
     *(_listed_alone(listed_in, place) for listed_in, place in LISTS.items()),
+    *(_of_another_release(node, place) for node, place in CLASSES_OF.items()),
     Rule(
         "monitor-without-zones",
         lambda f: f.has_node("collision_monitor") and f.is_whole and bool(_missing(f)),
