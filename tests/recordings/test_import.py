@@ -33,6 +33,8 @@ from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.ros2.recordings.import_bags import ImportRequest, read_recording
 from drake_navbench.trial.trial import run_trial
 
+pytestmark = pytest.mark.usefixtures("without_curves")
+
 SOLID_MAP = """\
 image: map.pgm
 resolution: 0.05

@@ -19,6 +19,8 @@ from drake_navbench.logs.plans import Plan
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.trial.trial import run_trial
 
+pytestmark = pytest.mark.usefixtures("without_curves")
+
 PRECISION = 1e-9
 # The beams' angles are sent as float32.
 OF_SCANS = {"min_scan_clearance_m"}
