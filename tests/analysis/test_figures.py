@@ -276,7 +276,7 @@ def test_there_are_ranks_only_where_somebody_arrived(logs, trials, tmp_path):
     def kinds(table):
         found = verdict(trials, "own_corridor", efficiency.time_to_goal_s)
         written = write_scenario_figures(
-            tmp_path, "own_corridor", logs, table, FigureChoice.ALL, verdicts=[found]
+            tmp_path, "own_corridor", logs, table, FigureChoice.KEY, verdicts=[found]
         )
         return {entry.kind for entry in written}
 
