@@ -74,7 +74,9 @@ def test_fitted_parabolas_have_the_published_weights():
     # Of t from 0 to 4 that parabola has the slopes -0.371, -0.086 at 0 and 1, and 2/7 more each t.
     np.testing.assert_allclose(first[:2] * 0.5 * 70.0, [-26, -6], atol=1e-11)
     np.testing.assert_allclose(second[:2] * 0.5**2 * 7.0, [2, 2], atol=1e-12)
-    np.testing.assert_allclose([value[8], first[8], second[8]], [3 / 35, 26 / 35, 8 / 7], atol=1e-12)
+    np.testing.assert_allclose(
+        [value[8], first[8], second[8]], [3 / 35, 26 / 35, 8 / 7], atol=1e-12
+    )
 
 
 def test_jerk_of_a_parabola_is_exact():

@@ -55,8 +55,8 @@ def test_a_full_disk_leaves_whole_logs_and_the_rest_to_be_driven_when_there_is_r
     path, mount = disk
     (tmp_path / "script.py").write_text(SCRIPT)
     (tmp_path / "short.yaml").write_text("description: short\ngoal: [1.0, 0.0, 0.0]\n")
-    environment = f"PYTHONPATH={Path(__file__).parents[1]}"
-    command = f"{mount} && {environment} {sys.executable} script.py {path} {tmp_path / 'short.yaml'}"
+    python = f"PYTHONPATH={Path(__file__).parents[1]} {sys.executable}"
+    command = f"{mount} && {python} script.py {path} {tmp_path / 'short.yaml'}"
     done = subprocess.run(
         [*MOUNTED, command], cwd=tmp_path, capture_output=True, text=True, check=False
     )

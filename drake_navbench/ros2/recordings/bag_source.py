@@ -25,9 +25,8 @@ from drake_navbench.ros2.recordings.bag_files import (
 from drake_navbench.ros2.recordings.definition_limits import require_short, require_small
 from drake_navbench.ros2.recordings.rosbags_extra import ros2_types
 
-
-# Types by the definitions of the messages that are read: the library compiles code for each, a tenth
-# of a second a recording. A robot's recordings, and the readings of one, have the same definitions.
+# Types by the definitions of the messages that are read. The library compiles code for them in
+# 0.1 s a recording; a robot's recordings, and the readings of one, have the same definitions.
 _TYPES: dict[tuple[Any, ...], Any] = {}
 KEPT_TYPES = 16
 
