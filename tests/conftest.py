@@ -11,6 +11,7 @@ import tempfile
 import textwrap
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
+from functools import wraps
 from importlib import import_module
 from multiprocessing import forkserver
 from pathlib import Path
@@ -101,6 +102,8 @@ def _blank_pngs() -> Iterator[Callable[..., Any]]:
     agg = import_module(AGG).FigureCanvasAgg
     drawn = agg.print_png
 
+    # matplotlib asks which options it takes.
+    @wraps(drawn)
     def print_pixel(canvas: Any, file: Any, **options: Any) -> None:
         if isinstance(file, str | Path):
             Path(file).write_bytes(PIXEL)
