@@ -184,10 +184,9 @@ def test_a_kernel_in_use_is_noted_once_a_day():
     assert time.time() - place().stat().st_mtime < kernel_cache.DAY_S
 
 
-@pytest.mark.usefixtures("folders")
-def test_a_changed_kernel_is_what_its_caller_calls(lab, monkeypatch):
+@pytest.mark.usefixtures("folders", "site_folder")
+def test_a_changed_kernel_is_what_its_caller_calls(lab):
     """numba alone would answer 2 both times: the caller's file is the same."""
-    monkeypatch.syspath_prepend(lab.parent)
 
     def answer() -> int:
         # As a new process, which has imported none of them.
