@@ -11,6 +11,7 @@ import tempfile
 import textwrap
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
+from functools import wraps
 from importlib import import_module
 from multiprocessing import forkserver
 from pathlib import Path
@@ -37,6 +38,13 @@ settings.load_profile("no_deadline")
 # tests reads this file first, and they wait for it.
 REHEARSAL = "drake_navbench.trial.rehearsal"
 MESHES = "drake_navbench.inputs.descriptions.meshes"
+
+AGG = "matplotlib.backends.backend_agg"
+# A PNG of one pixel of 8 bits of grey, white.
+PIXEL = bytes.fromhex(
+    "89504e470d0a1a0a0000000d49484452000000010000000108000000003a7e9b55"
+    "0000000a49444154789c63f80f0001010100b138f6140000000049454e44ae426082"
+)
 
 # Entry points of a package: group -> name -> value, such as "module:Class".
 EntryPoints = Mapping[str, Mapping[str, str]]
@@ -83,6 +91,35 @@ def rehearsals(_no_rehearsals, monkeypatch) -> None:
     """Trials are rehearsed as in a process that has rehearsed none before."""
     monkeypatch.setattr(f"{REHEARSAL}._scenes", _no_rehearsals)
     monkeypatch.setattr(f"{REHEARSAL}._rehearsed", set())
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _blank_pngs() -> Iterator[Callable[..., Any]]:
+    """A figure's PNG is one white pixel in this process but where a test asks for `real_pngs`.
+
+    A report draws it of the figure that it has just drawn as SVG, in the same time once more.
+    """
+    agg = import_module(AGG).FigureCanvasAgg
+    drawn = agg.print_png
+
+    # matplotlib asks which options it takes.
+    @wraps(drawn)
+    def print_pixel(canvas: Any, file: Any, **options: Any) -> None:
+        if isinstance(file, str | Path):
+            Path(file).write_bytes(PIXEL)
+        else:
+            # A picture for a notebook, of no file.
+            drawn(canvas, file, **options)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(agg, "print_png", print_pixel)
+        yield drawn
+
+
+@pytest.fixture
+def real_pngs(_blank_pngs, monkeypatch) -> None:
+    """Figures are drawn as PNG, too."""
+    monkeypatch.setattr(import_module(AGG).FigureCanvasAgg, "print_png", _blank_pngs)
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from drake_navbench.analysis.metrics.definition import Undefined
+from drake_navbench.analysis.metrics.parabolas import parabola_derivatives
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.logs.log import TrialLog
@@ -16,7 +17,6 @@ from drake_navbench.logs.log import TrialLog
 # Derivatives come from a parabola fitted over this time, not from neighbouring samples, so that
 # they do not depend on the sampling period. It is six control periods at 20 Hz.
 DERIVATIVE_WINDOW_S = 0.3
-PARABOLA = 2
 MIN_WINDOW_SAMPLES = 5
 
 
@@ -171,18 +171,12 @@ def motion(log: TrialLog) -> Motion:
 def fitted_derivatives(values: Array, period_s: float) -> tuple[Array, Array, Array]:
     """Returns value, first and second derivative of parabolas fitted over DERIVATIVE_WINDOW_S.
 
-    values: (N,) on an even grid, N >= 5. Source: Savitzky & Golay 1964; exact for parabolas.
+    values: (N,) on an even grid, N >= 5. Exact for parabolas.
     """
-    # The import takes a second: commands that measure nothing do not need it.
-    from scipy.signal import savgol_filter
-
     width = max(round(DERIVATIVE_WINDOW_S / period_s), MIN_WINDOW_SAMPLES)
     width = min(width, len(values))
     width -= 1 - width % 2
-    value, first, second = (
-        savgol_filter(values, width, PARABOLA, deriv=order, delta=period_s) for order in range(3)
-    )
-    return value, first, second
+    return parabola_derivatives(values, width, period_s)
 
 
 def rms(values: Array) -> float:

@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pyarrow.parquet as pq
 import pytest
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from results_folders import write_folder
 
 from drake_navbench.analysis.figures.choice import FigureChoice
 from drake_navbench.analysis.report import ReportResult, build_report
 from drake_navbench.logs.log import METADATA_KEY, SCHEMA_VERSION
 from drake_navbench.logs.results import ResultsFolder
+
+
+@pytest.fixture
+def blank_svgs(monkeypatch) -> None:
+    """A figure that is written is empty, also in workers forked from here: nobody looks at it."""
+    empty = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"/>'
+    monkeypatch.setattr(
+        FigureCanvasSVG,
+        "print_svg",
+        lambda canvas, file, **options: Path(file).write_text(empty, encoding="utf-8"),
+    )
 
 
 @pytest.fixture(scope="session")

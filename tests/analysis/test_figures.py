@@ -65,6 +65,7 @@ def test_controllers_differ_in_colour_line_and_marker():
     assert look.line("rpp")["color"] == controller_color("rpp")
 
 
+@pytest.mark.usefixtures("real_pngs")
 def test_a_figure_is_written_twice_to_the_same_bytes(tmp_path):
     written = []
     for name in ("a", "b"):
@@ -75,6 +76,7 @@ def test_a_figure_is_written_twice_to_the_same_bytes(tmp_path):
         written.append([path.read_bytes() for path in paths])
         assert [path.name for path in paths] == ["figure.of.1.svg", "figure.of.1.png"]
     assert written[0] == written[1]
+    assert len(written[0][1]) > 5000
 
 
 def test_a_figure_that_cannot_be_written_is_one_line_and_leaves_nothing(tmp_path):
@@ -274,7 +276,7 @@ def test_there_are_ranks_only_where_somebody_arrived(logs, trials, tmp_path):
     def kinds(table):
         found = verdict(trials, "own_corridor", efficiency.time_to_goal_s)
         written = write_scenario_figures(
-            tmp_path, "own_corridor", logs, table, FigureChoice.ALL, verdicts=[found]
+            tmp_path, "own_corridor", logs, table, FigureChoice.KEY, verdicts=[found]
         )
         return {entry.kind for entry in written}
 

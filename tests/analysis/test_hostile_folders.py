@@ -72,6 +72,7 @@ def killed_while(monkeypatch, tmp_path, times):
     monkeypatch.setattr(multiprocessing, "get_context", lambda kind=None: context)
 
 
+@pytest.mark.usefixtures("blank_svgs")
 def test_a_worker_that_is_killed_while_it_draws_is_replaced(tmp_path, monkeypatch):
     path = write_folder(tmp_path / "campaign")
     killed_while(monkeypatch, tmp_path, 1)
@@ -81,6 +82,7 @@ def test_a_worker_that_is_killed_while_it_draws_is_replaced(tmp_path, monkeypatc
     assert (path / "figures" / "empty" / "paths.svg").is_file()
 
 
+@pytest.mark.usefixtures("blank_svgs")
 def test_figures_whose_workers_are_always_killed_are_left_out_and_told(tmp_path, monkeypatch):
     path = write_folder(tmp_path / "campaign")
     killed_while(monkeypatch, tmp_path, 99)
@@ -97,6 +99,7 @@ def test_figures_whose_workers_are_always_killed_are_left_out_and_told(tmp_path,
     assert (path / "figures" / "own_corridor" / "paths.svg").is_file()
 
 
+@pytest.mark.usefixtures("blank_svgs")
 def test_a_scenario_whose_workers_are_always_killed_is_left_out(tmp_path, monkeypatch):
     path = write_folder(tmp_path / "campaign")
     killed_while(monkeypatch, tmp_path, 0)

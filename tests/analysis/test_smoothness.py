@@ -9,6 +9,7 @@ import pytest
 from synthetic_logs import circle_log, log_times, make_log, straight_log
 
 from drake_navbench.analysis.metrics import Undefined, smoothness
+from drake_navbench.analysis.metrics.parabolas import parabola_derivatives
 
 
 def minimum_jerk_speed(time_s, duration_s, length_m=1.0):
@@ -59,6 +60,23 @@ def test_standing_still_has_no_smoothness():
         smoothness.spectral_arc_length(log)
     with pytest.raises(Undefined, match="did not move"):
         smoothness.log_dimensionless_jerk(log)
+
+
+def test_fitted_parabolas_have_the_published_weights():
+    # A single 1 among zeros shows the weights of five samples: Savitzky & Golay 1964. The first two
+    # samples lie on the first window's parabola.
+    impulse = np.zeros(9)
+    impulse[4] = 1.0
+    value, first, second = parabola_derivatives(impulse, 5, period_s=0.5)
+    np.testing.assert_allclose(value[:7] * 35.0, [3, -5, -3, 12, 17, 12, -3], atol=1e-12)
+    np.testing.assert_allclose(first[2:7] * 0.5 * 10.0, [2, 1, 0, -1, -2], atol=1e-12)
+    np.testing.assert_allclose(second[2:7] * 0.5**2 * 7.0, [2, -1, -2, -1, 2], atol=1e-12)
+    # Of t from 0 to 4 that parabola has the slopes -0.371, -0.086 at 0 and 1, and 2/7 more each t.
+    np.testing.assert_allclose(first[:2] * 0.5 * 70.0, [-26, -6], atol=1e-11)
+    np.testing.assert_allclose(second[:2] * 0.5**2 * 7.0, [2, 2], atol=1e-12)
+    np.testing.assert_allclose(
+        [value[8], first[8], second[8]], [3 / 35, 26 / 35, 8 / 7], atol=1e-12
+    )
 
 
 def test_jerk_of_a_parabola_is_exact():

@@ -122,6 +122,7 @@ def test_a_robot_has_the_fields_of_its_sensors():
     assert camera[:, 1].max() == pytest.approx(4.0 * np.sin(0.5), abs=1e-3)
 
 
+@pytest.mark.usefixtures("real_pngs")
 @pytest.mark.parametrize("suffix", [".svg", ".png", ".html"])
 def test_the_picture_is_written_as_it_is_asked_for(suffix, tmp_path, capsys):
     out = tmp_path / f"p{suffix}"

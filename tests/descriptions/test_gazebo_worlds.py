@@ -296,6 +296,7 @@ def test_goals_are_drawn_within_the_walls(tmp_path):
     assert (np.abs(places) < [4.0, 3.0]).all()
 
 
+@pytest.mark.usefixtures("real_pngs")
 def test_import_world_writes_a_scenario_that_is_the_same_world(tmp_path, capsys):
     path = tmp_path / "room.world"
     path.write_text(world(ROOM))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from plain_package import add_plain_package
 
 from drake_navbench.commands.main import main
 from drake_navbench.controllers.external import ExternalController
@@ -186,12 +187,13 @@ def test_a_build_of_the_same_files_compiles_nothing(tiny, copied):
 
 
 def test_a_changed_source_is_compiled_alone(tiny, copied):
-    source = copied / "tiny_controller" / "src" / "tiny_controller.cpp"
-    source.write_text(source.read_text().replace("throw 42", "throw 43"))
+    source = add_plain_package(copied)
+    first = build_checkout(copied, name="first", wanted=["plain"])
+    source.write_text(source.read_text() + "int changed;\n")
     told = []
-    changed = build_checkout(copied, name="changed", tell=told.append)
-    assert changed.host != tiny.host
-    assert told == ["[1/1] tiny_controller.cpp", "1 files compiled, 3 taken from the cache"]
+    changed = build_checkout(copied, name="changed", wanted=["plain"], tell=told.append)
+    assert changed.host != first.host
+    assert told == ["[1/1] plain.cpp", "1 files compiled, 3 taken from the cache"]
 
 
 def test_packages_beside_it_compile_nothing_of_a_package_again(tiny, copied):
@@ -267,8 +269,9 @@ def test_a_package_that_is_no_xml_is_one_line(copied, capsys):
 
 def test_a_compile_error_tells_its_first_line_and_where_the_log_is(tiny, copied, capsys, builds):
     source = copied / "tiny_controller" / "src" / "tiny_controller.cpp"
-    lines = source.read_text().splitlines()
-    source.write_text("\n".join([*lines[:14], "int broken = no_such_thing;", *lines[14:]]))
+    export = source.read_text().splitlines()[-1]
+    # The headers are left out, as the compiler would read them first.
+    source.write_text("\n" * 14 + f"int broken = no_such_thing;\n{export}\n")
     error = _fails(copied, "--as", "broken", capsys=capsys)
     assert f"{source}:15: " in error
     assert "no_such_thing" in error

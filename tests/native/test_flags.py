@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
+from plain_package import add_plain_package
 
 from drake_navbench.errors import InputError
 from drake_navbench.native.build import build_checkout
-from drake_navbench.native.builds import FlagSet, find_build
+from drake_navbench.native.builds import Build, FlagSet, find_build
 from drake_navbench.native.compiler import Compiler, find_compiler
 from drake_navbench.native.flags import STRICT, Flags, flags_of
 from drake_navbench.native.package import Package
@@ -89,29 +90,35 @@ def test_what_computes_with_xtensor_is_compiled_as_its_releases_do():
 
 @pytest.fixture
 def asking(tiny, copied) -> Path:
-    """A copy of the tiny checkout whose controller asks for options, of which none has one."""
-    lists = copied / "tiny_controller" / "CMakeLists.txt"
+    """A copy of the tiny checkout with a package that asks for options, of which none has one."""
+    lists = add_plain_package(copied).parents[1] / "CMakeLists.txt"
     lists.write_text("add_compile_options(-ffast-math -mavx99 -fdump-tree-all)\n")
     return copied
 
 
+def _built(checkout: Path, name: str, **named) -> Build:
+    return build_checkout(checkout, name=name, wanted=["plain"], **named)
+
+
 def test_what_the_compiler_does_not_have_is_told_and_left_out(asking):
     told = []
-    build = build_checkout(asking, name="asking", flags=FlagSet.PACKAGE, tell=told.append)
+    build = _built(asking, "asking", flags=FlagSet.PACKAGE, tell=told.append)
     assert told[:2] == [
-        "tiny_controller: not of this compiler or processor: -mavx99",
-        "tiny_controller: no options that change its code: -fdump-tree-all",
+        "plain: not of this compiler or processor: -mavx99",
+        "plain: no options that change its code: -fdump-tree-all",
     ]
     assert find_build("asking") == build
-    assert build.more_flags == "tiny_controller -ffast-math"
+    assert build.more_flags == "plain -ffast-math"
     assert build.where_from.endswith("with its packages' flags")
 
 
-def test_builds_of_other_flags_share_nothing(tiny, asking):
-    mine = build_checkout(asking, name="mine")
-    other = build_checkout(asking, name="other", flags=FlagSet.PACKAGE)
-    assert mine.host == tiny.host
-    assert other.host != mine.host
+def test_builds_of_other_flags_share_nothing(asking):
+    portable, other = _built(asking, "mine"), _built(asking, "other", flags=FlagSet.PACKAGE)
+    assert other.host != portable.host
+    # What a package asks for is nothing to portable flags.
+    (asking / "plain" / "CMakeLists.txt").unlink()
+    assert _built(asking, "again").host == portable.host
+    assert _built(asking, "release", flags=FlagSet.PACKAGE).host not in (portable.host, other.host)
 
 
 class _Compiler(Compiler):

@@ -6,6 +6,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+from plain_package import SOURCE
 
 from drake_navbench.commands.main import main
 from drake_navbench.errors import InputError
@@ -40,6 +41,9 @@ def test_a_build_that_is_not_there_is_one_line(builds, capsys):
 
 
 def test_a_checkout_is_built_as_its_users_run_it_with_other_noise_in_each_trial(sampling):
+    # Nothing is driven.
+    source = sampling / "nav2_mppi_controller" / "src" / "sampling_controller.cpp"
+    source.write_text(SOURCE.format(name="sampling"))
     build = build_of(str(sampling), "gate-base", SAMPLING, tell=print)
     assert (build.flags, build.noise) == (FlagSet.PACKAGE, NoiseSource.BENCHMARK)
     assert build_of("gate-base", "", SAMPLING, tell=print) == build

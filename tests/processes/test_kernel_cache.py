@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import importlib
 import os
-import subprocess
 import sys
 import time
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -183,23 +184,27 @@ def test_a_kernel_in_use_is_noted_once_a_day():
     assert time.time() - place().stat().st_mtime < kernel_cache.DAY_S
 
 
+@pytest.mark.usefixtures("folders", "site_folder")
 def test_a_changed_kernel_is_what_its_caller_calls(lab):
     """numba alone would answer 2 both times: the caller's file is the same."""
 
-    def answer() -> str:
-        done = subprocess.run(
-            [sys.executable, "-c", "from lab.caller import two\nprint(two())\n"],
-            cwd=lab.parent,
-            env=os.environ | {"PYTHONPATH": str(lab.parent)},
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-        return done.stdout.strip()
+    def answer() -> int:
+        # As a new process, which has imported none of them.
+        forget()
+        for module in ("lab.caller", "lab.base", "lab"):
+            sys.modules.pop(module, None)
+        importlib.invalidate_caches()
+        return import_module("lab.caller").two()
 
-    assert answer() == "2"
+    assert answer() == 2
+    caller = sys.modules["lab.caller"].two
+    assert answer() == 2
+    # Of the same sources the second process compiles nothing.
+    assert caller.stats.cache_misses
+    assert sys.modules["lab.caller"].two.stats.cache_hits
+    # A file of another length, so that Python reads it again within the same second.
     (lab / "base.py").write_text(SOURCES["base.py"].replace("return 1", "return 50"))
-    assert answer() == "100"
+    assert answer() == 100
 
 
 def test_a_module_with_kernels_is_imported_by_name_alone():

@@ -25,6 +25,8 @@ from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.ros2.recordings.bag_files import MCAP_MAGIC
 
+pytestmark = pytest.mark.usefixtures("without_curves")
+
 MOVED = "nav_msgs/msg/Odometry"
 
 

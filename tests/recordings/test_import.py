@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import struct
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -25,13 +27,17 @@ from robot_bags import (
     write_ros1,
     write_ros2,
 )
+from rosbags.interfaces import MessageDefinitionFormat
 
 from drake_navbench.analysis.metrics.registry import all_metrics, measure_all
 from drake_navbench.commands.main import main
 from drake_navbench.logs.log import Outcome, TrialLog
 from drake_navbench.logs.results import ResultsFolder
+from drake_navbench.ros2.recordings.bag_source import BagSource
 from drake_navbench.ros2.recordings.import_bags import ImportRequest, read_recording
 from drake_navbench.trial.trial import run_trial
+
+pytestmark = pytest.mark.usefixtures("without_curves")
 
 SOLID_MAP = """\
 image: map.pgm
@@ -317,3 +323,19 @@ def test_import_report_compare_and_replay_serve_recording_and_simulation_side_by
     assert main(command) == 0
     assert results.log_path("empty", "recording", 1).exists()
     assert len(results.read_manifest()["recordings"]) == 2
+
+
+def test_the_same_definitions_have_one_code_and_others_their_own():
+    source = BagSource(Path("lab.mcap"), (), is_ros1=False)
+
+    def types_of(text: str):
+        definition = SimpleNamespace(data=text, format=MessageDefinitionFormat.MSG)
+        topic = SimpleNamespace(topic="/a", msgtype="lab/msg/A", msgdef=definition)
+        return source._types_of([topic])
+
+    whole, real = types_of("int64 x\n"), types_of("float64 x\n")
+    assert types_of("int64 x\n") is whole
+    # 2.0, behind the four bytes that tell the order of the others.
+    data = bytes([0, 1, 0, 0]) + struct.pack("<d", 2.0)
+    assert real.deserialize_cdr(data, "lab/msg/A").x == 2.0
+    assert whole.deserialize_cdr(data, "lab/msg/A").x == 2**62

@@ -25,6 +25,11 @@ from drake_navbench.ros2.recordings.bag_files import (
 from drake_navbench.ros2.recordings.definition_limits import require_short, require_small
 from drake_navbench.ros2.recordings.rosbags_extra import ros2_types
 
+# Types by the definitions of the messages that are read. The library compiles code for them in
+# 0.1 s a recording; a robot's recordings, and the readings of one, have the same definitions.
+_TYPES: dict[tuple[Any, ...], Any] = {}
+KEPT_TYPES = 16
+
 
 class Received(NamedTuple):
     """A message as it was recorded. receive_ns: when the recorder got it, ns."""
@@ -71,6 +76,16 @@ class BagSource:
 
     def _types_of(self, connections: list[Any]) -> Any:
         """Returns the types of these connections alone: faulty types of others do no harm."""
+        definitions = ((c.msgtype, c.msgdef.format, c.msgdef.data) for c in connections)
+        key = (self.is_ros1, *definitions)
+        if key not in _TYPES:
+            if len(_TYPES) == KEPT_TYPES:
+                _TYPES.clear()
+            _TYPES[key] = self._understood(connections)
+        return _TYPES[key]
+
+    def _understood(self, connections: list[Any]) -> Any:
+        """Returns the types that these connections' definitions tell; raises InputError."""
         from rosbags.interfaces import MessageDefinitionFormat
         from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
 
