@@ -15,6 +15,7 @@ from drake_navbench.controller import (
     NoValidControl,
     Observation,
     SpeedLimit,
+    memory_of_next_task,
 )
 from drake_navbench.controllers.teb_upstream import UpstreamTimedElasticBand
 from drake_navbench.controllers.teb_upstream.controller import (
@@ -200,6 +201,37 @@ def test_a_preferred_side_reaches_the_bands_that_exist():
     after = driven.step(seen, memory._replace(history=shuffle, last_command=np.zeros(2))).memory
     assert after.preferred_turn == 1.0
     assert after.planner.trajectories[0].preferred_turn == 1.0
+
+
+def test_a_car_s_steering_angle_is_searched_for_oscillations():
+    car = controller(min_turning_radius=1.0, cmd_angle_instead_rotvel=True, wheelbase=0.8)
+    beside = np.array([0.0, 1.0, 0.9])
+    decision = car.step(observation(pose=beside), car.initial_memory())
+    (speed, rate), (_, angle) = decision.command, decision.memory.last_command
+    assert angle == pytest.approx(math.atan(0.8 * rate / speed))
+    assert angle != pytest.approx(rate)
+
+
+def test_shares_of_a_limited_speed_are_searched_for_oscillations():
+    driven = controller(max_vel_x=0.5)
+    memory = driven.initial_memory()._replace(last_command=np.array([0.25, 0.0]))
+    slowed = observation(speed_limit=SpeedLimit(50.0, is_percentage=True))
+    assert driven.step(slowed, memory).memory.history[-1, 0] == 1.0
+
+
+def test_the_next_task_goes_on_from_the_band_along_its_own_plan():
+    driven = controller(global_plan_prune_distance=0.5)
+    seen = observation(pose=np.array([0.9, 0.0, 0.0]))
+    memory = driven.step(seen, driven.initial_memory()).memory
+    assert memory.plan_begin > 0
+    bent = straight_plan(4.0) + np.array([0.0, 0.1, 0.0])
+    start = observation(plan=bent)
+    another_plan = driven.step(replace(start, plan_id=1), memory)
+    next_task = driven.step(start, memory_of_next_task(driven, memory))
+    assert next_task.memory.plan_begin == 0
+    np.testing.assert_array_equal(next_task.command, another_plan.command)
+    fresh = driven.step(start, driven.initial_memory())
+    assert not np.array_equal(next_task.command, fresh.command)
 
 
 def test_no_side_is_preferred_within_ten_seconds_of_the_start():
