@@ -27,8 +27,8 @@ class TebUpstreamParameters(BandParameters):
 
     Moving obstacles come from costmap_converter alone, so that their parameters have no effect
     without it; robots that drive sideways do not exist here. shrink_horizon_backup,
-    obstacle_keypoint_offset and is_footprint_dynamic change nothing in the original (ros2-master)
-    either.
+    obstacle_keypoint_offset, is_footprint_dynamic and, in a file, roadmap_graph_no_samples change
+    nothing in the original (ros2-master) either.
     """
 
     SLIDERS: ClassVar[Mapping[str, tuple[float, float]]] = {
@@ -227,7 +227,7 @@ class TebUpstreamParameters(BandParameters):
         15,
         ge=0,
         le=60,
-        description="Number of points of the roadmap (also: roadmap_graph_no_samples).",
+        description="Number of points of the roadmap.",
     )
     roadmap_graph_area_width: Length = Field(
         6.0, gt=0.0, description="Width of the roadmap's area [m]."
@@ -322,15 +322,6 @@ class TebUpstreamParameters(BandParameters):
         if "teb_autosize" in own:
             own["teb_autosize"] = float(own["teb_autosize"])
         return own
-
-    @model_validator(mode="before")
-    @classmethod
-    def _accept_name_of_source(cls, values: Any) -> Any:
-        # The name in the source; the one that is declared for files is another.
-        if isinstance(values, dict) and "roadmap_graph_no_samples" in values:
-            values = dict(values)
-            values.setdefault("roadmap_graph_samples", values.pop("roadmap_graph_no_samples"))
-        return values
 
     @model_validator(mode="after")
     def _check_numbers_agree(self) -> TebUpstreamParameters:

@@ -290,7 +290,8 @@ def test_defaults_are_those_of_the_original():
         100.0,
         "point",
     )
-    assert TebUpstreamParameters(roadmap_graph_no_samples=9).roadmap_graph_samples == 9
+    # The original declares roadmap_graph_samples alone, so that a file's other name is not read.
+    assert TebUpstreamParameters(roadmap_graph_no_samples=9).roadmap_graph_samples == 15
 
 
 def test_used_and_unused_names_are_disjoint():
