@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from drake_navbench.controllers.teb.band_parameters import BandParameters
 from drake_navbench.controllers.teb.footprint_model import FootprintModel, footprint_of_original
@@ -20,6 +20,11 @@ from drake_navbench.typed_files.quantities import (
     Number,
     require_order,
 )
+
+
+def _flag_of_number(value: Any) -> Any:
+    """Returns whether a number is not 0; the original declares this flag as a real number."""
+    return value != 0 if isinstance(value, int | float) else value
 
 
 class TebUpstreamParameters(BandParameters):
@@ -43,7 +48,9 @@ class TebUpstreamParameters(BandParameters):
     }
 
     # Trajectory
-    teb_autosize: bool = Field(True, description="Resize the band in every outer iteration.")
+    teb_autosize: Annotated[bool, BeforeValidator(_flag_of_number)] = Field(
+        True, description="Resize the band in every outer iteration."
+    )
     global_plan_overwrite_orientation: bool = Field(
         True, description="Point intermediate headings along the plan, not as its poses say."
     )

@@ -294,6 +294,11 @@ def test_defaults_are_those_of_the_original():
     assert TebUpstreamParameters(roadmap_graph_no_samples=9).roadmap_graph_samples == 15
 
 
+@pytest.mark.parametrize(("given", "meant"), [(1.0, True), (0.0, False), (1, True), (False, False)])
+def test_teb_autosize_is_a_number_in_files_of_the_original(given, meant):
+    assert TebUpstreamParameters(teb_autosize=given).teb_autosize is meant
+
+
 def test_used_and_unused_names_are_disjoint():
     assert not TebUpstreamParameters.WITHOUT_EFFECT & set(TebUpstreamParameters.model_fields)
 
