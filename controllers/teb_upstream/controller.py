@@ -261,8 +261,6 @@ def saturated(speed: float, rate: float, limits: TebUpstreamParameters) -> tuple
         speed_ratio = -limits.max_vel_x_backwards / speed
     if abs(rate) > limits.max_vel_theta:
         rate_ratio = limits.max_vel_theta / abs(rate)
-    if limits.use_proportional_saturation:
-        speed_ratio = rate_ratio = min(speed_ratio, rate_ratio)
     return speed * speed_ratio, rate * rate_ratio
 
 

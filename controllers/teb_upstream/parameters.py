@@ -32,8 +32,8 @@ class TebUpstreamParameters(BandParameters):
 
     Moving obstacles come from costmap_converter alone, so that their parameters have no effect
     without it; robots that drive sideways do not exist here. shrink_horizon_backup,
-    obstacle_keypoint_offset, is_footprint_dynamic and, in a file, roadmap_graph_no_samples change
-    nothing in the original (ros2-master) either.
+    obstacle_keypoint_offset, is_footprint_dynamic and, in a file, roadmap_graph_no_samples and
+    use_proportional_saturation change nothing in the original (ros2-master) either.
     """
 
     SLIDERS: ClassVar[Mapping[str, tuple[float, float]]] = {
@@ -86,9 +86,6 @@ class TebUpstreamParameters(BandParameters):
     )
     cmd_angle_instead_rotvel: bool = Field(
         False, description="Command a steering angle; the car converts it into a turn rate."
-    )
-    use_proportional_saturation: bool = Field(
-        False, description="Scale all components of a too fast command alike."
     )
     footprint_model: FootprintModel = Field(
         default_factory=FootprintModel, description="Shape of the robot in the optimisation."

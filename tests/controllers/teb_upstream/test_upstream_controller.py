@@ -158,11 +158,11 @@ def test_cells_far_behind_and_in_the_last_row_are_no_obstacles():
     np.testing.assert_allclose(points, [[-0.975, 0.025], [2.025, 0.025]])
 
 
-def test_each_component_is_cut_on_its_own_unless_asked_otherwise():
-    each = TebUpstreamParameters()
-    alike = TebUpstreamParameters(use_proportional_saturation=True)
+def test_each_component_is_cut_on_its_own():
+    # The original does not declare use_proportional_saturation, so that a file cannot set it.
+    each = TebUpstreamParameters(use_proportional_saturation=True)
     assert saturated(0.8, 0.6, each) == pytest.approx((0.4, 0.3))
-    assert saturated(0.8, 0.15, alike) == pytest.approx((0.4, 0.075))
+    assert saturated(0.8, 0.15, each) == pytest.approx((0.4, 0.15))
     assert saturated(-0.5, -0.6, each) == pytest.approx((-0.2, -0.3))
 
 
