@@ -54,7 +54,7 @@ class ClassSearch:
         self._next_number = state.next_number
         self._switched_s = state.switched_s
         self._best_class = state.best_class
-        self._plan_class: Array | None = None
+        self._plan_class = state.plan_class
         self._plan_number = -1
         self._rules = ClassRules(
             in_time=parameters.include_dynamic_obstacles,
@@ -112,7 +112,10 @@ class ClassSearch:
         )
 
     def add_plan(self, poses: Array, time_steps: Array) -> None:
-        """Adds the global plan's band, if no band has its homotopy class and the number allows."""
+        """Adds the band of the global plan where its class is new and there is room.
+
+        Without room the plan keeps the class of an earlier cycle, as in the original.
+        """
         if self._is_full():
             return
         self._plan_class = self._signature(poses, time_steps)
@@ -158,11 +161,13 @@ class ClassSearch:
         for band, values in zip(self._bands, self._classes, strict=True):
             yield band, plan_class is not None and same_class(values, plan_class, self._rules)
 
-    def plan_number(self) -> int:
-        """Returns the number of the band of the global plan's class, or -1."""
-        if self._plan_number >= 0:
-            return self._plan_number
-        return next((band.number for band, follows in self.candidates() if follows), -1)
+    def plan_numbers(self) -> tuple[int, ...]:
+        """Returns the numbers of the bands that count as the global plan's, the first that exists.
+
+        They are its own band, where it was added in this cycle, and those of its class.
+        """
+        own = (self._plan_number,) if self._plan_number >= 0 else ()
+        return own + tuple(band.number for band, follows in self.candidates() if follows)
 
     def state(self, bands: tuple[Trajectory, ...]) -> PlannerState:
         """Returns the state for the next cycle: the optimised bands, the best not yet chosen."""
@@ -172,6 +177,7 @@ class ClassSearch:
             best_class=self._best_class,
             next_number=self._next_number,
             switched_s=self._switched_s,
+            plan_class=self._plan_class,
         )
 
     def _add_from_paths(self, graph: Graph, band: PathBand) -> None:

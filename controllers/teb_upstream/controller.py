@@ -46,13 +46,17 @@ TURNING_RADIUS_RATIO = 0.95
 
 
 class Cycle(NamedTuple):
-    """The outcome of one cycle; memory: for the next one, but for `planner` and `last_command`."""
+    """The outcome of one cycle; memory: for the next one, but for `planner` and `last_command`.
+
+    remembered: (2,) the command as the original sends it; see `TebUpstreamMemory.last_command`.
+    """
 
     scene: Scene
     settings: Settings
     planner: PlannerState
     best: Trajectory
     command: Array
+    remembered: Array
     memory: TebUpstreamMemory
 
 
@@ -84,6 +88,14 @@ class UpstreamTimedElasticBand:
         """Returns the memory of a controller that has no band yet."""
         return TebUpstreamMemory(PlannerState(), np.zeros(2), np.empty((0, 2)))
 
+    def next_memory(self, memory: TebUpstreamMemory) -> TebUpstreamMemory:
+        """Returns the memory at the start of a task that follows another: all but its plan.
+
+        Nav2's server does not reset the original, which goes on from its bands where the new goal
+        is near the old one.
+        """
+        return memory._replace(plan_id=None)
+
     def step(self, observation: Observation, memory: TebUpstreamMemory) -> Decision:
         """Returns the displacement to a pose of the best band over its time.
 
@@ -93,7 +105,7 @@ class UpstreamTimedElasticBand:
         cycle = self._cycle(observation, memory)
         command = cycle.command
         command.flags.writeable = False
-        memory = cycle.memory._replace(planner=cycle.planner, last_command=command)
+        memory = cycle.memory._replace(planner=cycle.planner, last_command=cycle.remembered)
         return Decision(command, memory, self._diagnostics(cycle.planner, cycle.best))
 
     def explain(self, observation: Observation, memory: TebUpstreamMemory) -> Explanation:
@@ -119,24 +131,24 @@ class UpstreamTimedElasticBand:
         begin = memory.plan_begin if observation.plan_id == memory.plan_id else 0
         plan = cut_local_plan(observation, parameters, begin)
         memory = memory._replace(plan_id=observation.plan_id, plan_begin=plan.begin)
+        settings = self._planner.settings(observation.speed_limit)
         memory = update_preference(
             memory,
-            parameters,
+            settings.parameters,
             time_s=observation.time_s,
             turn_rate=float(observation.twist[1]),
             length=self._history_length,
         )
-        settings = self._planner.settings(observation.speed_limit)
         try:
             scene = self._scene(observation, plan, memory.preferred_turn)
             planned = self._planner.plan(memory.planner, scene, settings)
             planner, best = self._feasible(planned, observation)
-            command = self._command(best, settings.parameters)
+            command, remembered = self._command(best, settings.parameters)
         except NoValidControl as error:
             cleared = memory.planner._replace(trajectories=(), best=-1)
             error.memory = memory._replace(planner=cleared, last_command=np.zeros(2))
             raise
-        return Cycle(scene, settings, planner, best, command, memory)
+        return Cycle(scene, settings, planner, best, command, remembered, memory)
 
     def _scene(self, observation: Observation, plan: LocalPlan, preferred_turn: float) -> Scene:
         parameters = self._parameters
@@ -193,14 +205,15 @@ class UpstreamTimedElasticBand:
             best = planned.best
         raise NoValidControl("no band is free of collision")
 
-    def _command(self, band: Trajectory, parameters: TebUpstreamParameters) -> Array:
-        """Returns (2,) v m/s, w rad/s within the limits of the cycle's parameters."""
+    def _command(self, band: Trajectory, parameters: TebUpstreamParameters) -> tuple[Array, Array]:
+        """Returns (2,) v m/s, w rad/s within the cycle's limits, and (2,) as it is remembered."""
         is_valid, speed, rate = band_command(
             band.poses, band.time_steps, parameters.control_look_ahead_poses, parameters.dt_ref
         )
         if not is_valid or not math.isfinite(speed) or not math.isfinite(rate):
             raise NoValidControl("the band gives no command")
         speed, rate = saturated(speed, rate, parameters)
+        remembered = np.array([speed, rate])
         if parameters.cmd_angle_instead_rotvel:
             angle = steering_angle(
                 speed,
@@ -208,8 +221,10 @@ class UpstreamTimedElasticBand:
                 parameters.wheelbase,
                 TURNING_RADIUS_RATIO * parameters.min_turning_radius,
             )
+            remembered[1] = angle
             rate = speed * math.tan(angle) / parameters.wheelbase
-        return np.array([speed, rate])
+        remembered.flags.writeable = False
+        return np.array([speed, rate]), remembered
 
     def _diagnostics(self, planner: PlannerState, best: Trajectory) -> dict[str, Any]:
         shown: dict[str, Any] = {
@@ -246,8 +261,6 @@ def saturated(speed: float, rate: float, limits: TebUpstreamParameters) -> tuple
         speed_ratio = -limits.max_vel_x_backwards / speed
     if abs(rate) > limits.max_vel_theta:
         rate_ratio = limits.max_vel_theta / abs(rate)
-    if limits.use_proportional_saturation:
-        speed_ratio = rate_ratio = min(speed_ratio, rate_ratio)
     return speed * speed_ratio, rate * rate_ratio
 
 

@@ -34,7 +34,8 @@ class PlannerState(NamedTuple):
     """The planner's bands between cycles.
 
     best: number of the band driven, or -1. next_number: for the next new band. switched_s: when
-    the driven band last changed class.
+    the driven band last changed class. plan_class: signature of the global plan, of the last cycle
+    that had room for its band.
     """
 
     trajectories: tuple[Trajectory, ...] = ()
@@ -42,12 +43,14 @@ class PlannerState(NamedTuple):
     best_class: Array | None = None
     next_number: int = 0
     switched_s: float = 0.0
+    plan_class: Array | None = None
 
 
 class TebUpstreamMemory(NamedTuple):
     """The state that a cycle hands to the next one.
 
-    last_command: (2,) v m/s, w rad/s; zero after a failure. history: (K, 2) past commands over
+    last_command: (2,) v m/s, w rad/s, or with cmd_angle_instead_rotvel the steering angle, rad, in
+    place of w, as the original has it; zero after a failure. history: (K, 2) past commands over
     their limits, oldest first. oscillated_s: when an oscillation was last seen; before, when the
     controller was configured: no side is preferred so soon after that. preferred_turn: 1 left, -1
     right, 0 neither. plan_id: id of the last cycle's plan. plan_begin: index of its

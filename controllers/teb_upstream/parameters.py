@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from drake_navbench.controllers.teb.band_parameters import BandParameters
 from drake_navbench.controllers.teb.footprint_model import FootprintModel, footprint_of_original
@@ -22,13 +22,18 @@ from drake_navbench.typed_files.quantities import (
 )
 
 
+def _flag_of_number(value: Any) -> Any:
+    """Returns whether a number is not 0; the original declares this flag as a real number."""
+    return value != 0 if isinstance(value, int | float) else value
+
+
 class TebUpstreamParameters(BandParameters):
     """The parameters that teb_local_planner reads; `WITHOUT_EFFECT` names those with none.
 
     Moving obstacles come from costmap_converter alone, so that their parameters have no effect
     without it; robots that drive sideways do not exist here. shrink_horizon_backup,
-    obstacle_keypoint_offset and is_footprint_dynamic change nothing in the original (ros2-master)
-    either.
+    obstacle_keypoint_offset, is_footprint_dynamic and, in a file, roadmap_graph_no_samples and
+    use_proportional_saturation change nothing in the original (ros2-master) either.
     """
 
     SLIDERS: ClassVar[Mapping[str, tuple[float, float]]] = {
@@ -43,7 +48,9 @@ class TebUpstreamParameters(BandParameters):
     }
 
     # Trajectory
-    teb_autosize: bool = Field(True, description="Resize the band in every outer iteration.")
+    teb_autosize: Annotated[bool, BeforeValidator(_flag_of_number)] = Field(
+        True, description="Resize the band in every outer iteration."
+    )
     global_plan_overwrite_orientation: bool = Field(
         True, description="Point intermediate headings along the plan, not as its poses say."
     )
@@ -79,9 +86,6 @@ class TebUpstreamParameters(BandParameters):
     )
     cmd_angle_instead_rotvel: bool = Field(
         False, description="Command a steering angle; the car converts it into a turn rate."
-    )
-    use_proportional_saturation: bool = Field(
-        False, description="Scale all components of a too fast command alike."
     )
     footprint_model: FootprintModel = Field(
         default_factory=FootprintModel, description="Shape of the robot in the optimisation."
@@ -227,7 +231,7 @@ class TebUpstreamParameters(BandParameters):
         15,
         ge=0,
         le=60,
-        description="Number of points of the roadmap (also: roadmap_graph_no_samples).",
+        description="Number of points of the roadmap.",
     )
     roadmap_graph_area_width: Length = Field(
         6.0, gt=0.0, description="Width of the roadmap's area [m]."
@@ -322,15 +326,6 @@ class TebUpstreamParameters(BandParameters):
         if "teb_autosize" in own:
             own["teb_autosize"] = float(own["teb_autosize"])
         return own
-
-    @model_validator(mode="before")
-    @classmethod
-    def _accept_name_of_source(cls, values: Any) -> Any:
-        # The name in the source; the one that is declared for files is another.
-        if isinstance(values, dict) and "roadmap_graph_no_samples" in values:
-            values = dict(values)
-            values.setdefault("roadmap_graph_samples", values.pop("roadmap_graph_no_samples"))
-        return values
 
     @model_validator(mode="after")
     def _check_numbers_agree(self) -> TebUpstreamParameters:

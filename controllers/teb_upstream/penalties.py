@@ -19,6 +19,7 @@ from drake_navbench.controllers.teb_upstream.motion_edges import (
     fill_speed_row,
 )
 from drake_navbench.controllers.teb_upstream.normal_equations import (
+    DIFFERENCE,
     KINK_REACH,
     OBSTACLE_COST,
     OTHER_COST,
@@ -186,4 +187,16 @@ def add_via_points(poses, terms, around, attached, system):
         costs[VIA_POINT_COST] += terms.weight_viapoint * distance * distance
         if with_slopes and distance > 0.0:
             row[0], row[1] = dx / distance, dy / distance
+            if distance < KINK_REACH:
+                # Via-points are poses of the plan, from which first guesses are made as well.
+                row[0] = _difference_of_length(dx, dy)
+                row[1] = _difference_of_length(dy, dx)
             add_edge(system, STRIDE * i, row, 3, distance, terms.weight_viapoint)
+
+
+@njit(cache=True, error_model="numpy")
+def _difference_of_length(along, across):
+    """Returns the slope of a length (along m, across m) as g2o's central differences have it."""
+    ahead = math.hypot(along + DIFFERENCE, across)
+    behind = math.hypot(along - DIFFERENCE, across)
+    return (ahead - behind) / (2.0 * DIFFERENCE)

@@ -72,12 +72,12 @@ class Scene(NamedTuple):
 class Planned(NamedTuple):
     """The result of a cycle's planning.
 
-    plan_number: the band of the global plan's class, or -1. previous: the band that was driven so
-    far and still exists, or -1.
+    plan_numbers: bands that follow the global plan; the first that exists is preferred. previous:
+    the band that was driven so far and still exists, or -1.
     """
 
     state: PlannerState
-    plan_number: int = -1
+    plan_numbers: tuple[int, ...] = ()
     previous: int = -1
 
     @property
@@ -163,18 +163,21 @@ class TebPlanner:
             via_points = scene.via_points if attracted else NO_POINTS
             optimised.append(self._optimized(band, scene, settings, via_points))
         state = search.state(tuple(optimised))
-        return self.select(Planned(state, search.plan_number(), search.previous_best), scene.time_s)
+        planned = Planned(state, search.plan_numbers(), search.previous_best)
+        return self.select(planned, scene.time_s)
 
     def select(self, planned: Planned, time_s: float) -> Planned:
         """Returns the planning with the cheapest band as the best; a change may be blocked."""
         parameters = self._parameters
-        state, plan_number, previous = planned
+        state, plan_numbers, previous = planned
+        present = [band.number for band in state.trajectories]
+        preferred = next((number for number in plan_numbers if number in present), -1)
         best, least = -1, float(np.finfo(np.float64).max)
         for band in state.trajectories:
             cost = band.cost
             if band.number == previous:
                 cost *= parameters.selection_cost_hysteresis
-            elif band.number == plan_number:
+            elif band.number == preferred:
                 cost *= parameters.selection_prefer_initial_plan
             if cost < least:
                 best, least = band.number, cost

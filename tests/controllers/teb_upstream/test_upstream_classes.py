@@ -172,6 +172,18 @@ def test_no_more_bands_are_looked_for_than_allowed():
     assert len(planned.state.trajectories) == 1
 
 
+def test_without_room_the_plan_keeps_the_class_of_an_earlier_cycle():
+    parameters = TebUpstreamParameters(
+        simple_exploration=True, min_obstacle_dist=0.3, max_number_classes=1
+    )
+    planner = TebPlanner(parameters, POINT)
+    seen, settings = scene(np.array([[1.0, 0.02]])), planner.settings(None)
+    first = planner.plan(PlannerState(), seen, settings)
+    second = planner.plan(first.state, seen, settings)
+    assert first.plan_numbers[0] == first.state.best
+    assert second.plan_numbers == (first.state.best,)
+
+
 def test_a_change_of_band_waits_for_the_blocking_period():
     parameters = TebUpstreamParameters(switching_blocking_period=2.0)
     planner = TebPlanner(parameters, POINT)
@@ -189,7 +201,9 @@ def test_hysteresis_and_the_plans_class_count_in_the_choice():
     bands = tuple(Trajectory(k, *past(0.0), cost=cost) for k, cost in enumerate(costs))
     state = PlannerState(bands)
     assert planner.select(Planned(state, previous=0), 9.0).state.best == 0
-    assert planner.select(Planned(state, plan_number=2), 9.0).state.best == 2
+    assert planner.select(Planned(state, plan_numbers=(2,)), 9.0).state.best == 2
+    # Band 7 was the plan's, and is gone; 2 is another one of the plan's class.
+    assert planner.select(Planned(state, plan_numbers=(7, 2)), 9.0).state.best == 2
     assert planner.select(Planned(state), 9.0).state.best == 1
 
 

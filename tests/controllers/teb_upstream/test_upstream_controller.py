@@ -15,6 +15,7 @@ from drake_navbench.controller import (
     NoValidControl,
     Observation,
     SpeedLimit,
+    memory_of_next_task,
 )
 from drake_navbench.controllers.teb_upstream import UpstreamTimedElasticBand
 from drake_navbench.controllers.teb_upstream.controller import (
@@ -157,11 +158,11 @@ def test_cells_far_behind_and_in_the_last_row_are_no_obstacles():
     np.testing.assert_allclose(points, [[-0.975, 0.025], [2.025, 0.025]])
 
 
-def test_each_component_is_cut_on_its_own_unless_asked_otherwise():
-    each = TebUpstreamParameters()
-    alike = TebUpstreamParameters(use_proportional_saturation=True)
+def test_each_component_is_cut_on_its_own():
+    # The original does not declare use_proportional_saturation, so that a file cannot set it.
+    each = TebUpstreamParameters(use_proportional_saturation=True)
     assert saturated(0.8, 0.6, each) == pytest.approx((0.4, 0.3))
-    assert saturated(0.8, 0.15, alike) == pytest.approx((0.4, 0.075))
+    assert saturated(0.8, 0.15, each) == pytest.approx((0.4, 0.15))
     assert saturated(-0.5, -0.6, each) == pytest.approx((-0.2, -0.3))
 
 
@@ -200,6 +201,37 @@ def test_a_preferred_side_reaches_the_bands_that_exist():
     after = driven.step(seen, memory._replace(history=shuffle, last_command=np.zeros(2))).memory
     assert after.preferred_turn == 1.0
     assert after.planner.trajectories[0].preferred_turn == 1.0
+
+
+def test_a_car_s_steering_angle_is_searched_for_oscillations():
+    car = controller(min_turning_radius=1.0, cmd_angle_instead_rotvel=True, wheelbase=0.8)
+    beside = np.array([0.0, 1.0, 0.9])
+    decision = car.step(observation(pose=beside), car.initial_memory())
+    (speed, rate), (_, angle) = decision.command, decision.memory.last_command
+    assert angle == pytest.approx(math.atan(0.8 * rate / speed))
+    assert angle != pytest.approx(rate)
+
+
+def test_shares_of_a_limited_speed_are_searched_for_oscillations():
+    driven = controller(max_vel_x=0.5)
+    memory = driven.initial_memory()._replace(last_command=np.array([0.25, 0.0]))
+    slowed = observation(speed_limit=SpeedLimit(50.0, is_percentage=True))
+    assert driven.step(slowed, memory).memory.history[-1, 0] == 1.0
+
+
+def test_the_next_task_goes_on_from_the_band_along_its_own_plan():
+    driven = controller(global_plan_prune_distance=0.5)
+    seen = observation(pose=np.array([0.9, 0.0, 0.0]))
+    memory = driven.step(seen, driven.initial_memory()).memory
+    assert memory.plan_begin > 0
+    bent = straight_plan(4.0) + np.array([0.0, 0.1, 0.0])
+    start = observation(plan=bent)
+    another_plan = driven.step(replace(start, plan_id=1), memory)
+    next_task = driven.step(start, memory_of_next_task(driven, memory))
+    assert next_task.memory.plan_begin == 0
+    np.testing.assert_array_equal(next_task.command, another_plan.command)
+    fresh = driven.step(start, driven.initial_memory())
+    assert not np.array_equal(next_task.command, fresh.command)
 
 
 def test_no_side_is_preferred_within_ten_seconds_of_the_start():
@@ -258,7 +290,13 @@ def test_defaults_are_those_of_the_original():
         100.0,
         "point",
     )
-    assert TebUpstreamParameters(roadmap_graph_no_samples=9).roadmap_graph_samples == 9
+    # The original declares roadmap_graph_samples alone, so that a file's other name is not read.
+    assert TebUpstreamParameters(roadmap_graph_no_samples=9).roadmap_graph_samples == 15
+
+
+@pytest.mark.parametrize(("given", "meant"), [(1.0, True), (0.0, False), (1, True), (False, False)])
+def test_teb_autosize_is_a_number_in_files_of_the_original(given, meant):
+    assert TebUpstreamParameters(teb_autosize=given).teb_autosize is meant
 
 
 def test_used_and_unused_names_are_disjoint():

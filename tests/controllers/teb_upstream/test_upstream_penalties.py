@@ -164,6 +164,18 @@ def test_the_arc_condition_of_a_car_has_next_to_no_slope_on_a_straight_band(radi
     assert with_arc - without == pytest.approx(2 * 1000.0 * slope**2, rel=1e-3)
 
 
+def test_a_via_point_on_a_pose_has_next_to_no_slope():
+    poses = straight(1.0, 0.5)
+    # The pose is off by 1e-12 m, a thousandth of g2o's step of 1e-9.
+    poses[1, 1] = 1e-12
+    y_1 = STRIDE + 1
+    without, attracted = (
+        matrix_of(poses, around(via_points=points))[y_1, 0]
+        for points in (np.empty((0, 2)), np.array([[poses[1, 0], 0.0]]))
+    )
+    assert attracted - without == pytest.approx(1e-3**2, rel=1e-3)
+
+
 def test_between_two_edges_as_near_the_slope_is_the_mean_of_both():
     def slopes(x, y):
         return model_distance(BOX, 0.0, 0.0, 1.0, 0.0, x, y)
