@@ -451,3 +451,16 @@ def test_a_footprint_to_check_where_there_is_a_radius_names_who_does_not_start(
     assert seen[f"{FOR_ROUND}-ObstaclesCritic"].endswith(f"Nav2 {told} does not start")
     # It is not among the critics, so nothing reads its parameters.
     assert f"{FOR_ROUND}-CostCritic" not in seen
+
+
+def test_a_tolerance_of_the_heading_of_more_than_a_turn_may_be_in_degrees(facts):
+    def of(tolerance_rad):
+        checker = {"plugin": "nav2_controller::SimpleGoalChecker"}
+        server = {"goal_checker": checker | {"yaw_goal_tolerance": tolerance_rad}}
+        text = nav2_text(RPP_BLOCK, plugin=RPP, controller_server=server)
+        return {found.rule.name: found.cure_told for found in findings_of(facts(text))}
+
+    # 15 degrees are 0.262 rad.
+    name = "goal-heading-in-degrees"
+    assert of(15.0)[name] == "set goal_checker.yaw_goal_tolerance to 0.262 rad"
+    assert name not in of(3.14)

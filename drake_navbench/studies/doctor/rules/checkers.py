@@ -162,6 +162,22 @@ RULES = (
         f"{SERVER}: simple_goal_checker.cpp",
     ),
     Rule(
+        "goal-heading-in-degrees",
+        lambda f: 2.0 * math.pi < f.number("goal_checker.yaw_goal_tolerance") <= 360.0,
+        lambda f: (
+            f"yaw_goal_tolerance is {f['goal_checker.yaw_goal_tolerance']} rad, more than a turn: "
+            "every heading counts as the goal's, which is no fault unless it was meant in degrees"
+        ),
+        {S.GOAL_OVERSHOOT: 0.2},
+        (
+            put(
+                "goal_checker.yaw_goal_tolerance",
+                lambda f: round(math.radians(f.number("goal_checker.yaw_goal_tolerance")), 3),
+            ),
+        ),
+        f"{SERVER}: simple_goal_checker.cpp",
+    ),
+    Rule(
         "goal-asked-again-while-turning",
         lambda f: f["goal_checker.stateful"] is False,
         lambda f: (
