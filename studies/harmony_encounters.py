@@ -102,7 +102,7 @@ def met(bearing_rad: float, log: TrialLog) -> Met:
 
 
 def summary(found: list[Met]) -> str:
-    """Returns what encounters came to, in one sentence."""
+    """Returns a sentence on what encounters came to."""
     touched = [one for one in found if one.touches]
     at_rest = sum(one.is_at_rest for one in touched)
     if not touched:

@@ -33,7 +33,7 @@ from drake_navbench.analysis.metrics.registry import all_metrics, measure_all
 from drake_navbench.commands.main import main
 from drake_navbench.logs.log import Outcome, TrialLog
 from drake_navbench.logs.results import ResultsFolder
-from drake_navbench.ros2.recordings.bag_source import BagSource
+from drake_navbench.ros2.recordings.bag_source import KEPT_TYPES, BagSource
 from drake_navbench.ros2.recordings.import_bags import ImportRequest, read_recording
 from drake_navbench.trial.trial import run_trial
 
@@ -333,6 +333,8 @@ def test_the_same_definitions_have_one_code_and_others_their_own():
         topic = SimpleNamespace(topic="/a", msgtype="lab/msg/A", msgdef=definition)
         return source._types_of([topic])
 
+    for number in range(KEPT_TYPES):
+        types_of(f"int64 x{number}\n")
     whole, real = types_of("int64 x\n"), types_of("float64 x\n")
     assert types_of("int64 x\n") is whole
     # 2.0, behind the four bytes that tell the order of the others.

@@ -25,8 +25,9 @@ from drake_navbench.ros2.recordings.bag_files import (
 from drake_navbench.ros2.recordings.definition_limits import require_short, require_small
 from drake_navbench.ros2.recordings.rosbags_extra import ros2_types
 
-# Types by the definitions of the messages that are read. The library compiles code for them in
-# 0.1 s a recording; a robot's recordings, and the readings of one, have the same definitions.
+# Types by the definitions of the messages that are read, the oldest first. The library compiles
+# code for them in 0.1 s a recording; a robot's recordings, and the readings of one, have the same
+# definitions.
 _TYPES: dict[tuple[Any, ...], Any] = {}
 KEPT_TYPES = 16
 
@@ -80,7 +81,7 @@ class BagSource:
         key = (self.is_ros1, *definitions)
         if key not in _TYPES:
             if len(_TYPES) == KEPT_TYPES:
-                _TYPES.clear()
+                del _TYPES[next(iter(_TYPES))]
             _TYPES[key] = self._understood(connections)
         return _TYPES[key]
 
