@@ -49,10 +49,10 @@ class Blackboard(Immutable):
     """The values of a tree that change from tick to tick, besides its nodes' own.
 
     goal_id, goal: the present goal, (3,) x m, y m, yaw rad; None in NavigateThroughPoses, whose
-    goals are lists["goals"]. The number grows whenever one of the two changes. poses: (3,) each,
-    the tree's other variables with a pose. lists, paths: (N, 3) each, lists of goals and paths, by
-    the names of the tree's variables; one that is missing is empty. task_poses: the poses of
-    NavigateThroughPoses with what became of them.
+    goals are lists["goals"]. goal_id grows whenever the goal or that list changes. poses: (3,)
+    each, the tree's other variables with a pose. lists, paths: (N, 3) each, lists of goals and
+    paths, by the names of the tree's variables; one that is missing is empty. task_poses: the poses
+    of NavigateThroughPoses with what became of them.
     results: the last result of each action, by its key; an action that was never tried is missing.
     follow_path, behavior, clear_local, clear_global: the present requests to the servers.
     plan_count, task_count, recovery_count: numbers of plans, tasks and recoveries begun.
