@@ -29,6 +29,8 @@ from drake_navbench.nav2.costmaps import (
     read_global_costmap,
     read_local_costmap,
 )
+from drake_navbench.nav2.file_remarks import note_unloadable
+from drake_navbench.nav2.loadable import OLD_NODE
 from drake_navbench.nav2.nav2_setup import Nav2Setup
 from drake_navbench.nav2.node_reader import NodeReader, Rows
 from drake_navbench.nav2.outline import (
@@ -45,11 +47,10 @@ from drake_navbench.nav2.parameters import (
     read_parameter_text,
 )
 from drake_navbench.nav2.release import (
-    OLD_NODE,
     Found,
     has_node,
+    is_before_humble,
     navigation_of,
-    note_absent_classes,
     release_of,
     release_row,
     tree_of,
@@ -73,6 +74,8 @@ PLANNER_SERVER = "planner_server"
 SMOOTHER_SERVER = "smoother_server"
 BT_NAVIGATOR = "bt_navigator"
 COLLISION_MONITOR = "collision_monitor"
+# A node that is not read, as the pose is exact; but it has to start, too.
+AMCL = "amcl"
 # The node of a behaviour tree that asks the smoother server.
 SMOOTHING_NODE = "SmoothPath"
 # The readers of further servers by the node's name.
@@ -200,8 +203,7 @@ class _Files:
         source = ", ".join(map(str, paths))
         robot = validate(Robot, data, source)
         self._note_smoothed_away(presets, robot)
-        for node in [*self._servers, *(reader.node for reader in self._readers)]:
-            note_absent_classes(self._rows, node, self._release.release)
+        self._note_unloadable()
         self._note_other_sections()
         robot = robot.model_copy(update={"directory": self._base.directory})
         if robot.drive.has_wheels:
@@ -363,6 +365,12 @@ class _Files:
                 if name.endswith(".consider_footprint") and value is True and place in self._rows:
                     row = self._rows[place]
                     self._rows[place] = row._replace(status=Status.DOUBTFUL, remark=remark)
+
+    def _note_unloadable(self) -> None:
+        nodes = [*self._servers, *(reader.node for reader in self._readers)]
+        is_older = is_before_humble(self._release.mark)
+        for node in filter(None, [*nodes, self._find(AMCL)]):
+            note_unloadable(self._rows, node, self._release.release, is_older=is_older)
 
     def _note_smoothed_away(self, presets: Collection[Preset], robot: Robot) -> None:
         """Notes least speeds that the velocity smoother lets no command have."""
