@@ -63,6 +63,7 @@ from drake_navbench.nav2.servers import (
     read_smoother_server,
     read_velocity_smoother,
     read_waypoint_follower,
+    smoother_of_release,
     straight_drive_of,
 )
 from drake_navbench.nav2.substitutions import Substitutions
@@ -275,7 +276,7 @@ class _Files:
         fields = merged(navigation_of(self._release.release), fields)
         fields |= self._costmaps()
         release = self._release.release
-        of_release = {
+        by_release = {
             PLANNER_SERVER: partial(
                 read_planner_server, release=release, cell_m=self._global_cell_m(fields)
             ),
@@ -284,7 +285,7 @@ class _Files:
             ),
             BT_NAVIGATOR: partial(read_bt_navigator, release=release),
         }
-        for name, read in (SERVERS | of_release).items():
+        for name, read in (SERVERS | by_release).items():
             node = self._find(name)
             if node is not None:
                 fields = merged(fields, read(self._reader(node)))
@@ -296,11 +297,26 @@ class _Files:
             given[name] = tree_of(self._release.release, tree)
         if "behavior_server" not in fields:
             fields |= self._own_behaviors()
-        smoother = self._find(SMOOTHER_SERVER)
-        if smoother is not None:
-            is_asked = any(has_node(tree, SMOOTHING_NODE) for tree in trees.values())
-            fields |= read_smoother_server(self._reader(smoother), is_asked=is_asked)
-        return fields
+        is_asked = any(has_node(tree, SMOOTHING_NODE) for tree in trees.values())
+        return fields | self._smoother(is_asked)
+
+    def _smoother(self, is_asked: bool) -> dict[str, Any]:
+        """Returns the smoother that the tree asks for: the file's, else the base robot's.
+
+        The base robot's has the rules and defaults of the file's release where it names none.
+        """
+        node = self._find(SMOOTHER_SERVER)
+        if node is not None:
+            return read_smoother_server(self._reader(node), is_asked=is_asked)
+        if not is_asked:
+            return {}
+        release = self._release.release
+        remark = f"not in the file; that of {self._base_name}, by the rules of {release}"
+        self._note(Status.OTHER_FORM, SMOOTHER_SERVER, "", remark)
+        own = self._base.navigation.smoother.model_dump(mode="json", exclude_unset=True)
+        return {
+            "smoother": smoother_of_release(type(self._base.navigation.smoother), release) | own
+        }
 
     def _global_cell_m(self, fields: dict[str, Any]) -> float:
         """Returns the resolution of the global costmap, m."""

@@ -11,6 +11,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from pydantic import BaseModel
+
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import Status
 from drake_navbench.nav2.controller_server import plugin_block
@@ -326,7 +328,8 @@ def read_smoother_server(reader: NodeReader, *, is_asked: bool) -> Fields:
         reader.note_block(
             Status.STAND_IN, name, f"{plugin_type}: {SIMPLE_SMOOTHER} is used instead"
         )
-        return {"smoother": {"plugin": SIMPLE_SMOOTHER}}
+        model = SMOOTHERS.load(SIMPLE_SMOOTHER).Parameters
+        return {"smoother": smoother_of_release(model, reader.release)}
     model = SMOOTHERS.load(plugin_type).Parameters
     fields = [field for field in model.model_fields if field not in {"plugin", RELEASE_FIELD}]
     values = reader.block(model, f"{name}.", names=fields)
@@ -336,3 +339,9 @@ def read_smoother_server(reader: NodeReader, *, is_asked: bool) -> Fields:
         {"costmap_topic", "footprint_topic", "local_costmap_topic", "transform_tolerance"}
     )
     return {"smoother": {"plugin": plugin_type, **values}}
+
+
+def smoother_of_release(model: type[BaseModel], release: Release) -> Fields:
+    """Returns the fields of a smoother without parameters whose rules are those of a release."""
+    rules = {RELEASE_FIELD: str(release)} if RELEASE_FIELD in model.model_fields else {}
+    return defaults_in(model, release) | rules

@@ -260,6 +260,26 @@ def test_the_smoother_is_read_where_the_tree_asks_for_one(tmp_path, plugin, valu
         assert not stands_in
 
 
+@pytest.mark.parametrize(("release", "refinements"), [("humble", 4), ("iron", 2)])
+@pytest.mark.parametrize("server", ["", "mine::Smoother"])
+def test_without_a_smoother_of_its_own_a_file_has_that_of_its_release(
+    tmp_path, release, refinements, server
+):
+    write(tmp_path, SMOOTHING.replace("RESULT", "path").replace("CHECK", ""))
+    own = tmp_path / "nav2.yaml"
+    text = "bt_navigator: {ros__parameters: {default_nav_to_pose_bt_xml: drive.xml}}\n"
+    if server:
+        plugins = f"{{smoother_plugins: [mine], mine: {{plugin: '{server}'}}}}"
+        text += f"smoother_server: {{ros__parameters: {plugins}}}\n"
+    own.write_text(text)
+    chair = load_robot("wheelchair")
+    smoother = read_nav2_files(
+        [own], chair, "wheelchair", release=release
+    ).robot.navigation.smoother
+    assert smoother.plugin == "nav2_smoother::SimpleSmoother"
+    assert (smoother.nav2_release, smoother.refinement_num) == (release, refinements)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
