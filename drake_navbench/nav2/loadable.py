@@ -1,7 +1,7 @@
-"""Names that each release of Nav2 loads: of plugins, and of libraries of tree nodes.
+"""Names that each release of Nav2 loads: of plugins, of tree nodes, and of their libraries.
 
-Source: the plugin descriptions and nav2_behavior_tree/CMakeLists.txt of the branches foxy to
-lyrical of navigation2. Older releases than Humble count as Humble, but for the names in OLD.
+Source: the plugin descriptions, and nav2_behavior_tree (plugins/, CMakeLists.txt), of the branches
+foxy to lyrical of navigation2. Releases before Humble count as Humble, but for the names in OLD.
 """
 
 from __future__ import annotations
@@ -30,6 +30,15 @@ WITHOUT = frozenset(
 )
 # The behaviour server's name before Humble; no release since then reads its parameters.
 OLD_NODE = "recoveries_server"
+_TREE_NODES = packaged_table(__package__, "loadable_tree_nodes.yaml")
+# A node of behaviour trees -> the first release that has it; nodes of all releases are left out.
+TREE_NODES_SINCE: Mapping[str, Release] = {
+    node: Release(release) for release, nodes in _TREE_NODES["since"].items() for node in nodes
+}
+# Newer releases that lack a node of an older one.
+TREE_NODES_WITHOUT = frozenset(
+    (node, Release(release)) for release, nodes in _TREE_NODES["without"].items() for node in nodes
+)
 # Packages whose plugins have a slash in their names up to a release, and colons after it.
 SLASH_UNTIL = {
     "nav2_behaviors": Release.IRON,
@@ -136,6 +145,17 @@ def fault_of_class(name: str, release: Release) -> str:
         return f"exists from {since} on, not in {release}"
     is_lacking = (OLD.get(name, name).replace("/", "::"), release) in WITHOUT
     return f"does not exist in {release}" if is_lacking else ""
+
+
+def fault_of_tree_node(node: str, release: Release) -> str:
+    """Returns why a release has no such node of Nav2's trees; '' where it has it, or nobody does.
+
+    The reason goes on after the node's name.
+    """
+    since = TREE_NODES_SINCE.get(node, Release.HUMBLE)
+    if since > release:
+        return f"exists from {since} on, not in {release}"
+    return f"does not exist in {release}" if (node, release) in TREE_NODES_WITHOUT else ""
 
 
 def _with_colons(found: re.Match[str]) -> str:
