@@ -73,7 +73,8 @@ class FoundDrive(NamedTuple):
 
     remark: a limit in the files that is not used, and why; '' without one. differs: how its wheels
     differ from those of the model's links; '' without a difference. steering: joints that the
-    plugin or controller steers, by its own words.
+    plugin or controller steers, by its own words. is_guess: whether neither plugin nor controller
+    tells the kind, but the wheels' number, names and axles.
     """
 
     kind: str
@@ -82,6 +83,7 @@ class FoundDrive(NamedTuple):
     remark: str = ""
     differs: str = ""
     steering: frozenset[str] = frozenset()
+    is_guess: bool = False
 
 
 def drive_of(
@@ -109,7 +111,7 @@ def drive_of(
         kind = OMNIDIRECTIONAL if is_omni else DIFFERENTIAL if len(wheels) >= 2 else ""
         if steered and any(carrier_of(model, w) not in steered for w in wheels):
             kind = ACKERMANN
-        found = FoundDrive(kind, f"{len(wheels)} wheels" if wheels else "", {})
+        found = FoundDrive(kind, f"{len(wheels)} wheels" if wheels else "", {}, is_guess=True)
     values = dict(found.values)
     sides = [float(w.position[1]) for w in wheels]
     separation_m = max(sides) - min(sides) if len(sides) >= 2 else 0.0
