@@ -29,7 +29,7 @@ from drake_navbench.nav2.costmaps import (
     read_global_costmap,
     read_local_costmap,
 )
-from drake_navbench.nav2.file_remarks import note_unloadable
+from drake_navbench.nav2.file_remarks import note_unloadable, note_wide_tolerance
 from drake_navbench.nav2.loadable import OLD_NODE
 from drake_navbench.nav2.nav2_setup import Nav2Setup
 from drake_navbench.nav2.node_reader import NodeReader, Rows
@@ -204,6 +204,9 @@ class _Files:
         source = ", ".join(map(str, paths))
         robot = validate(Robot, data, source)
         self._note_smoothed_away(presets, robot)
+        for server in self._servers[:1]:
+            checker = robot.navigation.goal_checker
+            note_wide_tolerance(self._rows, server, checker, robot.radii[1])
         self._note_unloadable()
         self._note_other_sections()
         robot = robot.model_copy(update={"directory": self._base.directory})
