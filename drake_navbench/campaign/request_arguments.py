@@ -18,8 +18,8 @@ from drake_navbench.inputs.robot import is_model
 from drake_navbench.inputs.task_check import warn_of_column
 from drake_navbench.nav2.controllers import SERVER
 from drake_navbench.nav2.differences import difference_lines, differences
+from drake_navbench.nav2.node_names import READ
 from drake_navbench.nav2.parameters import read_parameter_file
-from drake_navbench.nav2.robot import READ
 from drake_navbench.nav2.substitutions import NAME
 from drake_navbench.nav2.whole_files import FileColumns
 from drake_navbench.trial.column_controller import check_controller
@@ -198,7 +198,7 @@ def print_check(
     if described is not None:
         print(printable(f"Robot: {arguments.robot}"))
         _print_table(described.check)
-    columns = request.nav2_columns(needs_controller=False)
+    columns = request.nav2_columns()
     for line in (*_differences(columns), *map(printable, remarks(columns))):
         print(line)
     for entry in columns:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
+from drake_navbench.nav2.file_remarks import NESTED
 from drake_navbench.nav2.loadable import Slip, slips_of, told_of_libraries
-from drake_navbench.nav2.robot import NESTED
 from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.facts import COSTMAPS, Facts
 from drake_navbench.studies.doctor.rules.rule import SURE, Rule, add, put
