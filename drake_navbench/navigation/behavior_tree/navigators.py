@@ -13,7 +13,6 @@ from pathlib import Path
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.navigation.behavior_tree.board import Board
 from drake_navbench.navigation.behavior_tree.builder import build_tree
-from drake_navbench.navigation.behavior_tree.control_nodes import ControlNode, TreeNode
 from drake_navbench.navigation.behavior_tree.description import (
     NAVIGATE_THROUGH_POSES,
     NAVIGATE_TO_POSE,
@@ -28,6 +27,7 @@ from drake_navbench.navigation.behavior_tree.settings import (
 )
 from drake_navbench.navigation.behavior_tree.snapshot import nodes_of
 from drake_navbench.navigation.behavior_tree.tree_file import read_tree_file
+from drake_navbench.navigation.behavior_tree.tree_node import ControlNode, TreeNode
 from drake_navbench.plugins.releases import Release
 
 FOLDER = Path(__file__).parent / "default_trees"
