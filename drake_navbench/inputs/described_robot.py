@@ -24,13 +24,13 @@ from drake_navbench.inputs.descriptions.body import (
     turning_centre,
     wheels_of,
 )
-from drake_navbench.inputs.descriptions.gazebo_drive import (
+from drake_navbench.inputs.descriptions.drive_kinds import (
     ACKERMANN,
     DIFFERENTIAL,
     OMNIDIRECTIONAL,
     FoundDrive,
-    drive_of,
 )
+from drake_navbench.inputs.descriptions.gazebo_drive import drive_of
 from drake_navbench.inputs.descriptions.gazebo_sensors import (
     FoundSensor,
     FoundSensors,
