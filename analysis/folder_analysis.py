@@ -40,8 +40,9 @@ from drake_navbench.analysis.totals import scenarios_in_totals
 from drake_navbench.errors import InputError
 from drake_navbench.logs.log import Outcome, TrialLog, read_info
 from drake_navbench.logs.results import ResultsFolder
+from drake_navbench.processes.tasks import Task
 from drake_navbench.processes.worker_process import Raised, Returned
-from drake_navbench.processes.workers import Task, run_tasks, start_server
+from drake_navbench.processes.workers import run_tasks, start_server
 
 DEFAULT_JOBS = 2
 

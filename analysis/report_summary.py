@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import pandas as pd
 
+from drake_navbench.analysis.early_arrivals import early_arrivals
 from drake_navbench.analysis.pairs import RELEVANT_RATIO
 from drake_navbench.analysis.scenario_analysis import (
     ScenarioAnalysis,
@@ -69,6 +70,7 @@ def summary_of(
             *_touches(scenarios, descriptions or {}),
             *_first_places(scenarios, compute),
             *_undecided(scenarios, compute),
+            *early_arrivals(pd.concat([scenario.table for scenario in scenarios])),
         ]
     return ReportSummary(
         [sentence for sentence in sentences if sentence],

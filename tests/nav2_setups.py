@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from drake_navbench.nav2.robot import read_sections, setup_of
+from drake_navbench.nav2.read_files import read_sections
+from drake_navbench.nav2.robot import setup_of
 from drake_navbench.nav2.substitutions import Substitutions
 
 
@@ -15,4 +16,6 @@ def read_nav2_files(paths, base, base_name, values=None, *, release=None, other_
     substitutions = Substitutions(values or {})
     read = read_sections(paths, substitutions)
     substitutions.require_all_used(other_names)
-    return setup_of(read, base, base_name, release=release)
+    setup = setup_of(read, base, base_name, release=release)
+    setup.require_columns()
+    return setup

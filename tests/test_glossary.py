@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from drake_navbench.logs.log import COLUMNS, ODOMETRY_COLUMNS
+from drake_navbench.logs.log_columns import COLUMNS, ODOMETRY_COLUMNS
 
 REPOSITORY = Path(__file__).parents[1]
 PRODUCT = sorted(

@@ -16,9 +16,9 @@ from multiprocessing.connection import Connection
 
 import pytest
 
-from drake_navbench.processes import workers
+from drake_navbench.processes import standing_worker, workers
+from drake_navbench.processes.tasks import Task
 from drake_navbench.processes.worker_process import Raised, Returned, _ending_of, _pickled
-from drake_navbench.processes.workers import Task
 
 
 class WorkerHere:
@@ -69,7 +69,7 @@ class WorkerHere:
         self._theirs.close()
 
 
-_PROCESS, _START_SERVER = workers._Worker, forkserver.ensure_running
+_PROCESS, _START_SERVER = workers.Worker, forkserver.ensure_running
 
 
 def working_here() -> AbstractContextManager[None]:
@@ -85,6 +85,7 @@ def working_apart() -> AbstractContextManager[None]:
 @contextmanager
 def _working_in(worker: type, start_server: Callable[[], None]) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(workers, "_Worker", worker)
+        for module in (workers, standing_worker):
+            patch.setattr(module, "Worker", worker)
         patch.setattr(forkserver, "ensure_running", start_server)
         yield

@@ -13,7 +13,8 @@ import numpy as np
 
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.poses import carrier_pose, place_outline
-from drake_navbench.logs.log import ODOMETRY_COLUMNS, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.log_columns import ODOMETRY_COLUMNS
 
 Cycle = tuple[float, Mapping[str, Any]]
 

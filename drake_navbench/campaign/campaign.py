@@ -16,7 +16,7 @@ from drake_navbench.inputs.check import Check
 from drake_navbench.inputs.presets import Preset, default_presets, load_preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario, load_scenario
-from drake_navbench.inputs.task_check import check_task, warn_of_rotation
+from drake_navbench.inputs.task_check import check_task, warn_of_column
 from drake_navbench.nav2.whole_files import FileColumns
 from drake_navbench.trial.column_controller import check_controller
 from drake_navbench.trial.plugin_check import check_plugins, check_running_stack
@@ -143,7 +143,7 @@ def plan_campaign(
                 check_controller(preset, loaded_robot)
                 checked.append((preset, loaded_robot))
             check_running_stack(scenario, preset)
-            warn_of_rotation(preset, loaded_robot)
+            warn_of_column(preset, loaded_robot)
         paired_with = scenario.clean_scenario or entry.base
         firsts = [
             TrialSpec(

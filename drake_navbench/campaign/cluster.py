@@ -21,7 +21,8 @@ from drake_navbench.campaign.warm_up import start_worker_server
 from drake_navbench.errors import InputError, NavbenchError, one_line
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.processes.fingerprint import Fingerprint, fingerprint
-from drake_navbench.processes.workers import Died, Ending, run_tasks
+from drake_navbench.processes.tasks import Died, Ending
+from drake_navbench.processes.workers import run_tasks
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.typed_files.output_file import write_whole
 

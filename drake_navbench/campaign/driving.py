@@ -19,8 +19,9 @@ from drake_navbench.errors import EndedFromOutside, InputError
 from drake_navbench.logs.log import Outcome, TrialLog
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.processes.fingerprint import Fingerprint
+from drake_navbench.processes.tasks import Died, Ending
 from drake_navbench.processes.worker_process import Raised, Returned
-from drake_navbench.processes.workers import Died, Ending, run_tasks
+from drake_navbench.processes.workers import run_tasks
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import NotDriven, log_of_ending
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
+from contextlib import contextmanager
 
-from drake_navbench.errors import printable
+from drake_navbench.errors import InputError, printable
 from drake_navbench.inputs.package_files import (
     MAP,
     NAV2,
@@ -51,6 +53,7 @@ def with_package(
         left_out += unread
     values = vars(arguments) | found.options(taken, nav2="nav2")
     values["packages"] = [*arguments.packages, *arguments.package]
+    values["found_nav2"] = {} if taken[NAV2] is None else {taken[NAV2]: len(found.files[NAV2])}
     if taken[WORLD] is not None:
         values["scenarios"] = [str(taken[WORLD])]
     found.require_robot(values["robot"], default_robot)
@@ -65,3 +68,18 @@ def with_package(
     if not has_task and (taken[MAP] is not None or taken[WORLD] is not None):
         values["goals"] = DEFAULT_GOALS
     return argparse.Namespace(**values), [printable(line) for line in lines]
+
+
+@contextmanager
+def advising_on_found_files(arguments: argparse.Namespace) -> Iterator[None]:
+    """Adds to an error about a Nav2 file that `--package` has found how to go on without it."""
+    try:
+        yield
+    except InputError as error:
+        for file, count in getattr(arguments, "found_nav2", {}).items():
+            if str(error).startswith((f"{file}:", f"{file},")):
+                another = ", nav2=N with another of the list" if count > 1 else ""
+                raise InputError(
+                    f"{error}; --pick nav2=none goes on without it{another}"
+                ) from error
+        raise

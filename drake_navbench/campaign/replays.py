@@ -12,8 +12,9 @@ from drake_navbench.campaign.campaign import Campaign
 from drake_navbench.campaign.warm_up import start_worker_server
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder
+from drake_navbench.processes.tasks import Task
 from drake_navbench.processes.worker_process import Returned
-from drake_navbench.processes.workers import Task, run_tasks
+from drake_navbench.processes.workers import run_tasks
 from drake_navbench.typed_files.output_file import write_whole
 
 REPLAY_LIMIT_S = 600.0

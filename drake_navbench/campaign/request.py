@@ -31,6 +31,7 @@ from drake_navbench.nav2.whole_files import (
     WholeFile,
     columns_of_files,
     names_of,
+    require_columns,
 )
 from drake_navbench.plugins.releases import Release
 from drake_navbench.typed_files.dotted_names import flattened
@@ -114,10 +115,10 @@ class Request(FrozenModel):
     metrics: tuple[str, ...] = ()
     columns: tuple[str, ...] = ()
 
-    def nav2_columns(self, *, needs_controller: bool = True) -> tuple[FileColumns, ...]:
+    def nav2_columns(self) -> tuple[FileColumns, ...]:
         """Returns the columns of each whole Nav2 file, () without a file; raises InputError.
 
-        needs_controller: whether a file is refused of whose controllers none exists here.
+        A file of whose controllers none exists here has no columns.
         """
         if not self.nav2_files:
             if self.against:
@@ -144,7 +145,6 @@ class Request(FrozenModel):
             release=self.nav2_release,
             base=self._robot(),
             other_names=() if described is None else described.source.arguments,
-            needs_controller=needs_controller,
         )
         if described is None:
             return columns
@@ -254,7 +254,9 @@ class Request(FrozenModel):
         ]
         if self.nav2_release and not (self.nav2_files or any(p.nav2_plugin for p in from_files)):
             raise InputError("--nav2-release: expected a Nav2 file by --nav2 or --params as well")
-        nav2 = self.nav2_columns(needs_controller=not (self.controllers or from_files))
+        nav2 = self.nav2_columns()
+        if not (self.controllers or from_files):
+            require_columns(nav2)
         require_different(nav2, differences(nav2) if len(nav2) > 1 else ())
         whole = [preset for columns in nav2 for preset in columns.presets]
         return [*self.controllers, *from_files, *whole], nav2

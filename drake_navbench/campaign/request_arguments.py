@@ -15,11 +15,11 @@ from drake_navbench.inputs.descriptions.world import is_world
 from drake_navbench.inputs.floor_scenario import SCENARIO_FILES
 from drake_navbench.inputs.presets import preset_files
 from drake_navbench.inputs.robot import is_model
-from drake_navbench.inputs.task_check import warn_of_rotation
+from drake_navbench.inputs.task_check import warn_of_column
 from drake_navbench.nav2.controllers import SERVER
 from drake_navbench.nav2.differences import difference_lines, differences
+from drake_navbench.nav2.node_names import READ
 from drake_navbench.nav2.parameters import read_parameter_file
-from drake_navbench.nav2.robot import READ
 from drake_navbench.nav2.substitutions import NAME
 from drake_navbench.nav2.whole_files import FileColumns
 from drake_navbench.trial.column_controller import check_controller
@@ -198,7 +198,7 @@ def print_check(
     if described is not None:
         print(printable(f"Robot: {arguments.robot}"))
         _print_table(described.check)
-    columns = request.nav2_columns(needs_controller=False)
+    columns = request.nav2_columns()
     for line in (*_differences(columns), *map(printable, remarks(columns))):
         print(line)
     for entry in columns:
@@ -206,7 +206,7 @@ def print_check(
         for preset in setup.presets:
             # Some parameters are wrong only for this robot.
             check_controller(preset, setup.robot)
-            warn_of_rotation(preset, setup.robot)
+            warn_of_column(preset, setup.robot)
         names = ", ".join(preset.name for preset in setup.presets) or NO_COLUMN
         print(printable(f"Columns: {names}"))
         _print_table(setup.check)

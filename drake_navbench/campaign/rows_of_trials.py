@@ -15,8 +15,9 @@ from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.logs.log import TrialLog
+from drake_navbench.processes.tasks import Ending, Task
 from drake_navbench.processes.worker_process import Raised, Returned
-from drake_navbench.processes.workers import Ending, Task, run_tasks
+from drake_navbench.processes.workers import run_tasks
 from drake_navbench.trial.column_controller import check_controller
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.task_cost import wall_clock_limit_s

@@ -191,6 +191,7 @@ def _run(
     trials, undriven, wall_s = _drive(campaign, folder, jobs, console, cluster)
     if trials.empty:
         return True
+    from drake_navbench.analysis.early_arrivals import early_arrivals
     from drake_navbench.analysis.figures.choice import FigureChoice
     from drake_navbench.analysis.report import build_report
 
@@ -215,6 +216,8 @@ def _run(
     page = folder.path / ("sweep.html" if campaign.sweep else "report.html")
     console.print(f"Open {page}", soft_wrap=True)
     tell_verdict(console, campaign, folder, trials, report.verdict)
+    for line in early_arrivals(trials):
+        console.print(printable(line), soft_wrap=True)
     errors = trials[trials["outcome"] == Outcome.ERROR]
     for row in errors.itertuples():
         where = f"{row.scenario}, {row.controller}, trial {row.trial}"

@@ -8,7 +8,7 @@ from drake_navbench.analysis.trial_rows import trial_row
 from drake_navbench.errors import CannotBeWritten, is_machine_fault, one_line
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder
-from drake_navbench.processes.workers import Task
+from drake_navbench.processes.tasks import Task
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.task_cost import wall_clock_limit_s
 from drake_navbench.trial.trial import drive

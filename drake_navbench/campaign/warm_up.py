@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from drake_navbench.processes.compiled_parts import compiled_parts, note_compiled
-from drake_navbench.processes.workers import Task, run_tasks, start_server
+from drake_navbench.processes.tasks import Task
+from drake_navbench.processes.workers import run_tasks, start_server
 
 if TYPE_CHECKING:
     import pandas as pd

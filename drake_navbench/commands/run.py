@@ -400,6 +400,13 @@ def _run(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> int:
         arguments = with_package(parser, arguments)
     elif arguments.pick:
         raise InputError(f"--pick {arguments.pick[0]}: expected --package as well")
+    from drake_navbench.campaign.package_arguments import advising_on_found_files
+
+    with advising_on_found_files(arguments):
+        return _checked_or_driven(arguments, began_s)
+
+
+def _checked_or_driven(arguments: argparse.Namespace, began_s: float) -> int:
     if arguments.check:
         from drake_navbench.campaign.request_arguments import print_check
 

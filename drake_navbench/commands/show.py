@@ -98,11 +98,13 @@ def _show(arguments: argparse.Namespace) -> None:
     if run_arguments.package:
         run_arguments = with_package(run_parser(), run_arguments)
 
+    from drake_navbench.campaign.package_arguments import advising_on_found_files
     from drake_navbench.campaign.request_arguments import request_from_arguments
 
-    request = request_from_arguments(run_arguments)
     has_robot = arguments.robot is not None or run_arguments.robot != defaults.robot
-    views, told = _views(request, has_robot=has_robot, has_columns=arguments.controllers)
+    with advising_on_found_files(run_arguments):
+        request = request_from_arguments(run_arguments)
+        views, told = _views(request, has_robot=has_robot, has_columns=arguments.controllers)
     for line in told:
         print(printable(line), file=sys.stderr)
     with writing(out or tempfile.gettempdir()):

@@ -18,6 +18,7 @@ class Status(StrEnum):
 
     USED = "used"
     OTHER_FORM = "used in another form"
+    ASSUMED = "assumed; no file tells it"
     STAND_IN = "not supported; replaced"
     DOUBTFUL = "probably a mistake; Nav2 does the same"
     UNREAD = "not read by Nav2"
@@ -86,6 +87,7 @@ class Check:
             Status.DOUBTFUL,
             Status.UNREAD,
             Status.OTHER_FORM,
+            Status.ASSUMED,
             *LISTED,
         )
         for status in told:

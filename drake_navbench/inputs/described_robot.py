@@ -24,13 +24,13 @@ from drake_navbench.inputs.descriptions.body import (
     turning_centre,
     wheels_of,
 )
-from drake_navbench.inputs.descriptions.gazebo_drive import (
+from drake_navbench.inputs.descriptions.drive_kinds import (
     ACKERMANN,
     DIFFERENTIAL,
     OMNIDIRECTIONAL,
     FoundDrive,
-    drive_of,
 )
+from drake_navbench.inputs.descriptions.gazebo_drive import drive_of
 from drake_navbench.inputs.descriptions.gazebo_sensors import (
     FoundSensor,
     FoundSensors,
@@ -56,7 +56,7 @@ TURNING = ("max_angular_velocity_radps", "max_angular_acceleration_radps2")
 AXLE_TOLERANCE_M = 0.005
 # The least distance of the wheels' middle from the base origin that is told, m.
 FAR_CENTRE_M = 0.05
-DEFAULTS = "not told; the default"
+DEFAULTS = "the default"
 
 
 @dataclass(frozen=True)
@@ -324,7 +324,8 @@ class _Table:
                     f"; wheelbase {values['wheelbase_m']:.3g} m, least turning radius "
                     f"{values['min_turning_radius_m']:.3g} m"
                 )
-            self.add(Status.USED, "drive", f"{kind}, by {found.source}{turning}")
+            status = Status.ASSUMED if found.is_guess else Status.USED
+            self.add(status, "drive", f"{kind}, by {found.source}{turning}")
         else:
             self.add(Status.STAND_IN, "drive", "none described; the default differential base")
         fields: dict[str, Any] = {}
@@ -342,7 +343,7 @@ class _Table:
             self.add(Status.USED, "limits", ", ".join(limits))
         missing = [name for name in names if name not in fields and name != LIMITS[1]]
         if missing:
-            self.add(Status.OTHER_FORM, ", ".join(missing), DEFAULTS)
+            self.add(Status.ASSUMED, ", ".join(missing), DEFAULTS)
         if found.remark:
             self.add(Status.STAND_IN, "limits", found.remark)
         return {"drive": fields} if fields else {}

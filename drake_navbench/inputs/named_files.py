@@ -46,7 +46,10 @@ class NamedFiles:
         return built_in if not own.is_file() and built_in.is_file() else own
 
     def find(self, name_or_path: str) -> Path:
-        """Returns the file for a built-in name or a path; raises InputError if there is none."""
+        """Returns the file for a built-in name, or a path as it is given.
+
+        Raises InputError if there is no such file.
+        """
         if name_or_path in self.names:
             return self.folder / f"{name_or_path}.yaml"
         path = Path(name_or_path)
@@ -64,7 +67,7 @@ class NamedFiles:
             if not is_file:
                 what = "expected a regular file" if path.exists() else "no such file"
                 raise InputError(f"{self.kind} file {name_or_path}: {what}")
-            return path.resolve()
+            return path
         if path.exists():
             raise InputError(f"{self.kind} {name_or_path}: {_instead(path)}")
         raise InputError(

@@ -239,17 +239,18 @@ def load_robot(
     folders searched for ROS packages. known: facts about a model's base from elsewhere.
     """
     if is_model(name_or_path):
-        path = Path(name_or_path).absolute()
-        data: Mapping[str, Any] = _read_model(Path(name_or_path), arguments, packages, known)
+        path = Path(name_or_path)
+        data: Mapping[str, Any] = _read_model(path, arguments, packages, known)
     else:
         path = ROBOT_FILES.find(name_or_path)
         data = _read_robot(path)
     data = _with_model(data, path)
-    robot = _robot_of(data, str(path), path.parent)
+    folder = _folder_of(path)
+    robot = _robot_of(data, str(path), folder)
     if not overrides:
         return robot
     fitting = _fitting(overrides, robot)
-    return _robot_of(merged(data, fitting), overrides_source, path.parent)
+    return _robot_of(merged(data, fitting), overrides_source, folder)
 
 
 def is_model(name_or_path: str) -> bool:
@@ -289,14 +290,15 @@ def _read_robot(path: Path, above: tuple[Path, ...] = ()) -> dict[str, Any]:
         raise InputError(f"{path}: like: expected the name or file of a robot, got {other!r}")
     is_name = other in ROBOT_FILES.names
     try:
-        found = ROBOT_FILES.find(other if is_name else str(path.parent / other))
+        found = ROBOT_FILES.find(other if is_name else str(_folder_of(path) / other))
     except InputError as error:
         raise InputError(f"{path}: like: {error}") from error
-    if found in (path, *above):
+    if found.resolve() in (file.resolve() for file in (path, *above)):
         raise InputError(f"{path}: like: {other!r} is like this file itself")
     fields = _read_robot(found, (path, *above))
-    if isinstance(fields.get("model"), str) and found.parent != path.parent:
-        fields["model"] = str(found.parent / fields["model"])
+    folder = found.resolve().parent
+    if isinstance(fields.get("model"), str) and folder != path.resolve().parent:
+        fields["model"] = str(folder / fields["model"])
     return merged(fields, data)
 
 
@@ -306,7 +308,7 @@ def _with_model(data: Mapping[str, Any], path: Path) -> Mapping[str, Any]:
     gives_outline = any(data.get(name) is not None for name in ("footprint", "robot_radius"))
     if gives_outline or not isinstance(model, str):
         return data
-    file = ROBOT_FILES.beside(path.parent, model)
+    file = ROBOT_FILES.beside(_folder_of(path), model)
     if not file.is_file():
         raise InputError(f"{path}: model: no such file: {file}")
     # Drake takes a while to load, and most robots do without.
@@ -338,16 +340,22 @@ def _fitting(overrides: Mapping[str, Any], robot: Robot) -> dict[str, Any]:
     return {**overrides, "drive": overrides_for(robot.drive, drive)}
 
 
-def _robot_of(data: Mapping[str, Any], source: str, directory: Path) -> Robot:
+def _folder_of(path: Path) -> Path:
+    """Returns the folder of a file as it is given; of a link the folder of the file behind it."""
+    return (path.resolve() if path.is_symlink() else path).parent
+
+
+def _robot_of(data: Mapping[str, Any], source: str, folder: Path) -> Robot:
     if "directory" in data:
         raise InputError(
             f"{source}: directory: unknown field; the loader sets it from the file's place"
         )
     if "like" in data:
         raise InputError(f"{source}: like: only a robot file may name another robot")
-    robot = validate(Robot, data, source).model_copy(update={"directory": str(directory)})
-    if robot.model_path is not None and not robot.model_path.is_file():
-        raise InputError(f"{source}: model: no such file: {robot.model_path}")
+    directory = str(folder.resolve())
+    robot = validate(Robot, data, source).model_copy(update={"directory": directory})
+    if robot.model and not ROBOT_FILES.beside(folder, robot.model).is_file():
+        raise InputError(f"{source}: model: no such file: {folder / robot.model}")
     if robot.drive.has_wheels:
         robot.running_gear(source)
     return robot

@@ -291,7 +291,7 @@ def scenario_in_file(data: dict[str, Any], path: Path, text: str | None = None) 
         if field in data:
             raise InputError(f"{path}: {field}: unknown field; the loader sets it from the file")
     scenario = validate(Scenario, data | {"name": path.stem}, str(path), text)
-    scenario = scenario.model_copy(update={"directory": str(path.parent)})
+    scenario = scenario.model_copy(update={"directory": str(path.resolve().parent)})
     if scenario.clean_scenario is not None and scenario.clean_scenario not in SCENARIO_FILES.names:
         hint = nearest_name_hint(scenario.clean_scenario, SCENARIO_FILES.names)
         raise InputError(

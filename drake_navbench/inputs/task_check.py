@@ -21,6 +21,10 @@ from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.kernels.rasterize import MASK_FULL
 from drake_navbench.navigation.costmaps.map_file import UNKNOWN
+from drake_navbench.navigation.costmaps.observation_layers import SensingParameters
+
+# The parameter of a controller that stops for what moves in the local costmap.
+STOPS_FOR_MOVING = "stop_for_moving"
 
 
 def check_task(scenario: Scenario, robot: Robot) -> None:
@@ -191,7 +195,37 @@ def _check_recorded_people(scenario: FloorScenario, body: shapely.Polygon) -> No
             )
 
 
-def warn_of_rotation(preset: Preset, robot: Robot) -> None:
+def warn_of_column(preset: Preset, robot: Robot) -> None:
+    """Warns where a column's controller asks for what the robot does not have."""
+    _warn_of_rotation(preset, robot)
+    _warn_of_kept_cells(preset, robot)
+
+
+def _warn_of_kept_cells(preset: Preset, robot: Robot) -> None:
+    """Warns where a controller looks for motion in a local costmap that keeps what has left.
+
+    A beam without a hit then clears no cells, as with Nav2's default.
+    """
+    if not getattr(preset.parameters, STOPS_FOR_MOVING, False):
+        return
+    costmap = robot.navigation.local_costmap
+    layers = {name: costmap.block(name) for name in costmap.plugins if costmap.is_active(name)}
+    for layer, block in layers.items():
+        if not isinstance(block, SensingParameters):
+            continue
+        for name, source in block.observation_sources.items():
+            clears = source.clearing and source.inf_is_valid
+            if source.data_type == "LaserScan" and not clears:
+                warnings.warn(
+                    f"controller {preset.name}: {STOPS_FOR_MOVING} does not see what moves, as "
+                    f"beams without a hit clear no cells; set {layer}.{name}.inf_is_valid and "
+                    "clearing to true in both costmaps",
+                    InputWarning,
+                    stacklevel=3,
+                )
+
+
+def _warn_of_rotation(preset: Preset, robot: Robot) -> None:
     """Warns where a column's controller may turn in place and the robot's base cannot."""
     radius_m = robot.drive.turning_radius_m
     if radius_m > 0.0 and preset.parameters.turns_in_place():
@@ -199,7 +233,7 @@ def warn_of_rotation(preset: Preset, robot: Robot) -> None:
             f"controller {preset.name}: may command rotations in place, at which a base that turns "
             f"on {radius_m:g} m stands still",
             InputWarning,
-            stacklevel=2,
+            stacklevel=3,
         )
 
 

@@ -9,7 +9,7 @@ metadata. docs/log_format.md is generated from `COLUMNS`, `PLAN_COLUMNS` and `CO
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from html import escape
@@ -28,6 +28,7 @@ from drake_navbench.errors import InputError, as_line, one_line, printable
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.scan import Scan
 from drake_navbench.logs.costmaps import costmap_columns, read_costmaps
+from drake_navbench.logs.log_columns import COLUMNS, LATER_COLUMNS, OWN_COLUMNS, own_columns
 from drake_navbench.logs.people import LoggedPeople, people_columns, read_people
 from drake_navbench.logs.plans import (
     PLAN_COLUMNS,
@@ -44,59 +45,6 @@ SCHEMA_VERSION = 2
 # The header's entry with the sliders moved during the trial, each with time, name and value.
 LIVE_CHANGES = "live_changes"
 METADATA_KEY = b"drake_navbench"
-
-# Column -> meaning; the unit is in the name.
-COLUMNS: Mapping[str, str] = {
-    "time_s": "time since the start of the trial",
-    "x_m": "true position, world frame",
-    "y_m": "true position, world frame",
-    "yaw_rad": "true heading in the world frame, not wrapped",
-    "v_mps": "true forward velocity, base frame",
-    "w_radps": "true yaw rate",
-    "estimated_x_m": "estimated position, map frame",
-    "estimated_y_m": "estimated position, map frame",
-    "estimated_yaw_rad": "estimated heading, map frame",
-    "measured_v_mps": "measured forward velocity, base frame",
-    "measured_w_radps": "measured yaw rate",
-    "command_v_mps": "last commanded forward velocity, base frame",
-    "command_w_radps": "last commanded yaw rate",
-    "clearance_m": "distance from the footprint to the nearest obstacle, every 0.05 s; "
-    "0 at a touch",
-    "obstacle_cell_distance_m": "distance from the base origin to the nearest centre of a "
-    "lethal cell of the local costmap",
-    "obstacle_corner_distance_m": "distance from the base origin to the nearest lower left "
-    "corner of a lethal cell, which the publication uses as the cell's position",
-    "cycle_count": "number of control cycles so far",
-    "compute_time_ms": "wall-clock time of the last control cycle (varies from run to run)",
-    "compute_cpu_time_ms": "processor time of the thread in the last control cycle (likewise); "
-    "empty in logs from before it was measured",
-}
-# Columns only in logs of robots that move sideways.
-LATERAL_COLUMNS: Mapping[str, str] = {
-    "vy_mps": "true velocity to the left, base frame",
-    "measured_vy_mps": "measured velocity to the left, base frame",
-    "command_vy_mps": "last commanded velocity to the left, base frame",
-}
-# Columns only in logs of robots whose odometry has a frame of its own.
-ODOMETRY_COLUMNS: Mapping[str, str] = {
-    "odometry_x_m": "true position, odometry frame: the frame of local costmaps and of the "
-    "controller's diagnostics",
-    "odometry_y_m": "true position, odometry frame",
-    "odometry_yaw_rad": "true heading, odometry frame",
-}
-# Columns only in logs of missions over several floors.
-MISSION_COLUMNS: Mapping[str, str] = {
-    "floor": "index of the robot's floor in the list `floors` of the header",
-    "leg": "index of the leg of the mission; a ride belongs to the leg before it",
-}
-# Groups of columns of some logs: a log has all of a group, or none.
-OWN_COLUMNS = (LATERAL_COLUMNS, ODOMETRY_COLUMNS, MISSION_COLUMNS)
-# Columns that were added later: a log without them is still valid.
-LATER_COLUMNS = frozenset({"compute_cpu_time_ms"})
-# Columns that are no function of the trial: two runs of one trial differ in them.
-UNREPEATABLE_COLUMNS = ("compute_time_ms", "compute_cpu_time_ms")
-
-
 # The most characters of a name or reason in the short form of a log.
 MAX_SHOWN = 80
 # The most bytes of a log, uncompressed; a trial of an hour takes a tenth of it.
@@ -260,7 +208,7 @@ class TrialLog:
 
     @property
     def _own_columns(self) -> list[str]:
-        return _own_columns(self.samples.columns)
+        return own_columns(self.samples.columns)
 
     def _table(self) -> pa.Table:
         times = self.samples["time_s"].to_numpy()
@@ -337,7 +285,7 @@ class TrialLog:
         angles = np.array(info.pop("scan_angles_rad"), dtype=float)
         events = info.pop("events", [])
         notes = _read_notes(table["diagnostics"].drop_null().to_pylist())
-        own = _own_columns(table.column_names)
+        own = own_columns(table.column_names)
         present = [name for name in COLUMNS if name in table.column_names]
         samples = table.select([*present, *own]).to_pandas()
         samples = samples.reindex(columns=[*COLUMNS, *own])
@@ -391,11 +339,6 @@ def _info_of(metadata: Mapping[bytes, bytes] | None, path: Path) -> dict[str, An
     header = {name: info[name] for name in _Header.model_fields if name in info}
     validate(_Header, header, str(path))
     return info
-
-
-def _own_columns(found: Collection[str]) -> list[str]:
-    """Returns the columns among those found that only some logs have."""
-    return [name for columns in OWN_COLUMNS for name in columns if name in found]
 
 
 def _analysis() -> Any:

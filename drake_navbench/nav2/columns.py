@@ -7,7 +7,7 @@ from typing import Any
 
 from drake_navbench.inputs.check import CheckRow, Status
 from drake_navbench.inputs.presets import Preset
-from drake_navbench.nav2.controllers import plugin_type_of
+from drake_navbench.nav2.controllers import NoCounterpart, plugin_type_of
 from drake_navbench.nav2.node_reader import similar_name_hint
 from drake_navbench.nav2.parameters import Node
 from drake_navbench.plugins.releases import NEWEST_RELEASE, RELEASE_FIELD, release_in
@@ -17,14 +17,14 @@ from drake_navbench.typed_files.dotted_names import flattened, nested
 PRIMARY = "primary_controller."
 
 
-def column_rows(server: Node, columns: Mapping[str, Preset | None]) -> list[CheckRow]:
+def column_rows(server: Node, columns: Mapping[str, Preset | NoCounterpart]) -> list[CheckRow]:
     """Returns a row for each parameter of a server's controllers.
 
     columns: by the controller's name in the file, as `controllers.server_columns` returns them.
     """
     rows: list[CheckRow] = []
     for plugin, preset in columns.items():
-        if preset is None:
+        if isinstance(preset, NoCounterpart):
             remark = f"{plugin_type_of(server, plugin)}: no such controller here, no column"
             rows.append(_row(Status.STAND_IN, server, f"{plugin}.plugin", remark))
         else:

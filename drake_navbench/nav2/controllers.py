@@ -84,13 +84,11 @@ def controller_presets(
     return [_with_release_told(preset, found.mark) for preset in presets]
 
 
-def server_columns(
-    server: Node, release: str, *, needs_one: bool = True
-) -> dict[str, Preset | None]:
-    """Returns the column of each controller by its name in the file; None without a counterpart.
+def server_columns(server: Node, release: str) -> dict[str, Preset | NoCounterpart]:
+    """Returns the column of each controller by its name in the file, or why it has none here.
 
-    release: Nav2's, for controllers that follow a release. needs_one: whether a controller has to
-    have a counterpart. Raises InputError where none has, or where a value is wrong.
+    release: Nav2's, for controllers that follow a release. Raises InputError where a value is
+    wrong.
     """
     for name, parameter in server.parameters.items():
         missing = missing_value(parameter.value)
@@ -98,17 +96,22 @@ def server_columns(
             raise InputError(
                 f"{server.where(name)}: {missing} has no value; expected --set {missing}=value"
             )
-    columns: dict[str, Preset | None] = {}
-    left_out: list[NoCounterpart] = []
+    columns: dict[str, Preset | NoCounterpart] = {}
     for plugin in listed_plugins(server):
-        columns[plugin] = None
         try:
             columns[plugin] = plugin_preset(server, plugin, release)
         except NoCounterpart as error:
-            left_out.append(error)
-    if needs_one and len(left_out) == len(columns) > 0:
-        raise left_out[0]
+            columns[plugin] = error
     return columns
+
+
+def why_without_column(columns: Mapping[str, Preset | NoCounterpart]) -> NoCounterpart | None:
+    """Returns why none of a server's controllers exists here; None where one does.
+
+    columns: as from `server_columns`.
+    """
+    faults = [column for column in columns.values() if isinstance(column, NoCounterpart)]
+    return faults[0] if len(faults) == len(columns) > 0 else None
 
 
 def _with_release_told(preset: Preset, mark: str) -> Preset:

@@ -6,7 +6,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from drake_navbench.errors import InputError
-from drake_navbench.nav2.controllers import SERVER, NoCounterpart, has_controllers, server_columns
+from drake_navbench.nav2.controllers import (
+    SERVER,
+    has_controllers,
+    server_columns,
+    why_without_column,
+)
 from drake_navbench.nav2.parameters import nodes_called, read_parameter_file
 from drake_navbench.nav2.release import release_of
 
@@ -33,10 +38,9 @@ def _fault(file: Path) -> str:
         sections = read_parameter_file(file).sections
         release = release_of(sections, None).release
         for server in nodes_called(SERVER, sections):
-            if has_controllers(server):
-                server_columns(server, release)
-    except NoCounterpart as error:
-        return str(error)
+            why = has_controllers(server) and why_without_column(server_columns(server, release))
+            if why:
+                return str(why)
     except InputError:
         return ""
     return ""

@@ -1,13 +1,14 @@
-"""Names that each release of Nav2 loads: of plugins, and of libraries of tree nodes.
+"""Names that each release of Nav2 loads: of plugins, of tree nodes, and of their libraries.
 
-Source: the plugin descriptions and nav2_behavior_tree/CMakeLists.txt of the branches foxy to
-lyrical of navigation2. Older releases than Humble count as Humble, but for the names in OLD.
+Source: the plugin descriptions, and nav2_behavior_tree (plugins/, CMakeLists.txt), of the branches
+foxy to lyrical of navigation2. Releases before Humble count as Humble, but for the names in OLD.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
 
 from drake_navbench.plugins.releases import Release
 from drake_navbench.typed_files.name_lists import name_lists, packaged_table
@@ -27,6 +28,17 @@ WITHOUT = frozenset(
     for package, kinds in packages.items()
     for kind in kinds
 )
+# The behaviour server's name before Humble; no release since then reads its parameters.
+OLD_NODE = "recoveries_server"
+_TREE_NODES = packaged_table(__package__, "loadable_tree_nodes.yaml")
+# A node of behaviour trees -> the first release that has it; nodes of all releases are left out.
+TREE_NODES_SINCE: Mapping[str, Release] = {
+    node: Release(release) for release, nodes in _TREE_NODES["since"].items() for node in nodes
+}
+# Newer releases that lack a node of an older one.
+TREE_NODES_WITHOUT = frozenset(
+    (node, Release(release)) for release, nodes in _TREE_NODES["without"].items() for node in nodes
+)
 # Packages whose plugins have a slash in their names up to a release, and colons after it.
 SLASH_UNTIL = {
     "nav2_behaviors": Release.IRON,
@@ -44,6 +56,8 @@ OLD = {
     "nav2_recoveries/Spin": "nav2_behaviors/Spin",
     "nav2_recoveries/Wait": "nav2_behaviors/Wait",
 }
+# The last part of a parameter that names a plugin's type.
+TYPES = ("plugin", "primary_controller")
 PLUGIN = re.compile(r"(?P<package>\w+)(?:/|::)(?P<kind>\w+)")
 # The libraries of behaviour tree nodes, by the first release from Humble on that has them.
 NODES_SINCE: Mapping[str, Release] = {
@@ -53,6 +67,52 @@ NODES_SINCE: Mapping[str, Release] = {
 } | {"nav2_path_expiring_timer_condition": Release.HUMBLE}
 # An unknown library whose name has words of these alone is one of Nav2's, misspelt.
 WORDS = frozenset(word for name in NODES_SINCE for word in name.split("_")) | {"control"}
+
+
+class Slip(NamedTuple):
+    """A plugin's name that a release does not load. parameter: the one that gives the name.
+
+    right: the release's spelling of the name, '' where it has no such class. fault: goes on after
+    the name.
+    """
+
+    parameter: str
+    name: str
+    right: str
+    fault: str
+
+    @property
+    def package(self) -> str:
+        """The package of the plugin, such as 'nav2_behaviors'."""
+        return self.right.replace("/", "::").partition("::")[0]
+
+
+def slips_of(
+    node: str, parameters: Mapping[str, Any], release: Release, *, is_older: bool
+) -> Iterator[Slip]:
+    """Yields the names of Nav2's plugins among a node's parameters that a release does not load.
+
+    node: without its namespaces. parameters: values by dotted name. is_older: whether the file is
+    of a release before Humble, whose own names are no slips.
+    """
+    for parameter, name in parameters.items():
+        if not isinstance(name, str) or not _names_plugin(node, parameter):
+            continue
+        # Humble's navigators are no plugins, but files for Humble name some.
+        is_idle = release is Release.HUMBLE and name.startswith("nav2_bt_navigator")
+        if is_idle or (is_older and name in OLD):
+            continue
+        right, fault = loadable_name(name, release), fault_of_class(name, release)
+        if fault:
+            yield Slip(parameter, name, "", fault)
+        elif right != name:
+            yield Slip(parameter, name, right, f"is called {right} in {release}")
+
+
+def _names_plugin(node: str, parameter: str) -> bool:
+    if node == "amcl":
+        return parameter == "robot_model_type"
+    return parameter.rpartition(".")[2] in TYPES and node != OLD_NODE
 
 
 def loadable_name(name: str, release: Release) -> str:
@@ -87,6 +147,17 @@ def fault_of_class(name: str, release: Release) -> str:
     return f"does not exist in {release}" if is_lacking else ""
 
 
+def fault_of_tree_node(node: str, release: Release) -> str:
+    """Returns why a release has no such node of Nav2's trees; '' where it has it, or nobody does.
+
+    The reason goes on after the node's name.
+    """
+    since = TREE_NODES_SINCE.get(node, Release.HUMBLE)
+    if since > release:
+        return f"exists from {since} on, not in {release}"
+    return f"does not exist in {release}" if (node, release) in TREE_NODES_WITHOUT else ""
+
+
 def _with_colons(found: re.Match[str]) -> str:
     return f"{found['package']}::{found['kind']}"
 
@@ -110,3 +181,17 @@ def faults_of_libraries(names: list[str], release: Release) -> dict[str, str]:
         elif since is None and name.startswith("nav2_") and WORDS.issuperset(name.split("_")):
             faults[name] = "exists in no release of Nav2"
     return faults
+
+
+def told_of_libraries(names: Any, release: Release) -> str:
+    """Returns the first fault of the names in `plugin_lib_names`, how many more, and the effect.
+
+    names: the parameter's value. '' without a fault.
+    """
+    listed = names if isinstance(names, list) else []
+    faults = faults_of_libraries([name for name in listed if isinstance(name, str)], release)
+    if not faults:
+        return ""
+    (name, fault), *others = faults.items()
+    more = f" (and {len(others)} more names are wrong)" if others else ""
+    return f"lists {name}, which {fault}{more}: bt_navigator does not start"

@@ -12,7 +12,7 @@ from drake_navbench.controller import AskedSpeeds
 from drake_navbench.inputs.check import Check
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
-from drake_navbench.nav2.controllers import SERVER
+from drake_navbench.nav2.controllers import SERVER, NoCounterpart
 from drake_navbench.nav2.node_reader import Offer
 
 
@@ -24,7 +24,8 @@ class Nav2Setup:
     parameters, by node without the namespace and by name. offers: the typed parameters outside of
     the controllers, by the last part of the node's name and by name. needed_speeds: the speeds that
     each controller needs of the base. spin_radps: the yaw rate that the spin needs. namespace: the
-    one of the nodes that are read, 'robot1'.
+    one of the nodes that are read, 'robot1'. without_column: why none of a server's controllers
+    exists here; None where each server has one that does, or none at all.
     """
 
     presets: tuple[Preset, ...]
@@ -36,6 +37,12 @@ class Nav2Setup:
     needed_speeds: tuple[AskedSpeeds, ...] = ()
     spin_radps: float = 0.0
     namespace: str = ""
+    without_column: NoCounterpart | None = None
+
+    def require_columns(self) -> None:
+        """Raises InputError where a server has controllers, but none that exists here."""
+        if self.without_column is not None:
+            raise self.without_column
 
     @property
     def controllers(self) -> dict[str, Preset]:

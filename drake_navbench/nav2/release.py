@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 from drake_navbench.inputs.check import CheckRow, Status
 from drake_navbench.inputs.navigation_settings import ControllerServerSettings
 from drake_navbench.kernels.grid import INSCRIBED
-from drake_navbench.nav2.loadable import SLASH_UNTIL, came_with, fault_of_class
-from drake_navbench.nav2.parameters import Node, Section
+from drake_navbench.nav2.loadable import OLD_NODE, SLASH_UNTIL, came_with
+from drake_navbench.nav2.parameters import Section
 from drake_navbench.navigation.behavior_tree.settings import BehaviorTreeSettings
 from drake_navbench.plugins.releases import NEWEST_RELEASE, RELEASE_FIELD, Release, defaults_in
 from drake_navbench.typed_files.name_lists import packaged_table
@@ -42,9 +42,6 @@ SINCE, UNTIL = (
     for mark in ("since", "until")
 )
 UNTIL |= dict.fromkeys(BEFORE_HUMBLE, Release.HUMBLE)
-# The behaviour server's name before Humble; it counts as a parameter that Humble was the last to
-# read.
-OLD_NODE = "recoveries_server"
 # Nodes and packages of plugins that came with Humble: a file with one of them is no older one.
 CAME_WITH_HUMBLE: tuple[str, ...] = tuple(_MARKS["came_with_humble"])
 INSTALLATION = re.compile(rf"/opt/ros/({'|'.join(Release)})(?=/)")
@@ -242,22 +239,3 @@ def told_by(mark: str) -> str:
 def release_row(found: Found) -> CheckRow:
     """Returns the row of the check that names the release and the mark that told it."""
     return CheckRow(Status.OTHER_FORM, "nav2_release", found.release, told_by(found.mark))
-
-
-def note_absent_classes(
-    rows: dict[tuple[str, str], CheckRow], node: Node, release: Release
-) -> None:
-    """Changes the rows of a node's used parameters that name a class which the release lacks.
-
-    rows: of all parameters, by node and name. The class is used here, but Nav2 does not start.
-    """
-    for name, parameter in node.parameters.items():
-        row, value = rows.get((node.name.lstrip("/"), name)), parameter.value
-        if row is None or row.status not in (Status.USED, Status.OTHER_FORM):
-            continue
-        if not isinstance(value, str):
-            continue
-        fault = fault_of_class(value, release)
-        if fault:
-            remark = f"{value} {fault}: this node of Nav2 does not start; used here all the same"
-            rows[row.node, name] = row._replace(status=Status.STAND_IN, remark=remark)

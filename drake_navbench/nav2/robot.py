@@ -7,13 +7,13 @@ whole: a parameter that is missing there has Nav2's default, not the base robot'
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-from drake_navbench.errors import InputError
+from drake_navbench.controller import AskedSpeeds
 from drake_navbench.inputs.check import Check, CheckRow, Status
 from drake_navbench.inputs.overrides import merged
 from drake_navbench.inputs.presets import Preset
@@ -22,34 +22,47 @@ from drake_navbench.nav2.body import costmap_body, drive_for, note_body, with_bo
 from drake_navbench.nav2.collision_monitor import read_collision_monitor
 from drake_navbench.nav2.columns import column_rows
 from drake_navbench.nav2.controller_server import read_controller_server
-from drake_navbench.nav2.controllers import SERVER, has_controllers, server_columns
+from drake_navbench.nav2.controllers import (
+    SERVER,
+    NoCounterpart,
+    has_controllers,
+    server_columns,
+    why_without_column,
+)
 from drake_navbench.nav2.costmaps import (
     GLOBAL_COSTMAP,
     LOCAL_COSTMAP,
     read_global_costmap,
     read_local_costmap,
 )
+from drake_navbench.nav2.file_remarks import (
+    note_other_sections,
+    note_outlines_of_a_radius,
+    note_smoothed_away,
+    note_unloadable,
+    note_wide_tolerance,
+)
 from drake_navbench.nav2.nav2_setup import Nav2Setup
+from drake_navbench.nav2.node_names import (
+    AMCL,
+    BEHAVIOR_SERVER,
+    BT_NAVIGATOR,
+    COLLISION_MONITOR,
+    PLANNER_SERVER,
+    READ,
+    SMOOTHER_SERVER,
+    VELOCITY_SMOOTHER,
+    WAYPOINT_FOLLOWER,
+)
 from drake_navbench.nav2.node_reader import NodeReader, Rows
-from drake_navbench.nav2.outline import (
-    Outline,
-    note_small_inflation,
-    read_outline,
-)
-from drake_navbench.nav2.parameters import (
-    PARAMETERS_KEY,
-    Node,
-    Section,
-    nodes_called,
-    read_parameter_file,
-    read_parameter_text,
-)
+from drake_navbench.nav2.outline import Outline, note_small_inflation, read_outline
+from drake_navbench.nav2.parameters import Node, Section, nodes_called
+from drake_navbench.nav2.read_files import ReadFiles
 from drake_navbench.nav2.release import (
-    OLD_NODE,
     Found,
     has_node,
+    is_before_humble,
     navigation_of,
-    note_absent_classes,
     release_of,
     release_row,
     tree_of,
@@ -62,73 +75,22 @@ from drake_navbench.nav2.servers import (
     read_smoother_server,
     read_velocity_smoother,
     read_waypoint_follower,
+    smoother_of_release,
     straight_drive_of,
 )
-from drake_navbench.nav2.substitutions import Substitutions
 from drake_navbench.navigation.behavior_tree.settings import NAVIGATOR_OF
-from drake_navbench.typed_files.dotted_names import flattened
 from drake_navbench.typed_files.typed_yaml import validate
 
-PLANNER_SERVER = "planner_server"
-SMOOTHER_SERVER = "smoother_server"
-BT_NAVIGATOR = "bt_navigator"
-COLLISION_MONITOR = "collision_monitor"
 # The node of a behaviour tree that asks the smoother server.
 SMOOTHING_NODE = "SmoothPath"
 # The readers of further servers by the node's name.
 SERVERS: dict[str, Callable[[NodeReader], dict[str, Any]]] = {
-    "behavior_server": read_behavior_server,
-    "waypoint_follower": read_waypoint_follower,
-    "velocity_smoother": read_velocity_smoother,
+    BEHAVIOR_SERVER: read_behavior_server,
+    WAYPOINT_FOLLOWER: read_waypoint_follower,
+    VELOCITY_SMOOTHER: read_velocity_smoother,
 }
-READ = (
-    SERVER,
-    LOCAL_COSTMAP,
-    GLOBAL_COSTMAP,
-    PLANNER_SERVER,
-    SMOOTHER_SERVER,
-    BT_NAVIGATOR,
-    COLLISION_MONITOR,
-    *SERVERS,
-)
-# The controllers' parameters for the least forward speed.
-LEAST_SPEEDS = ("min_vel_x", "vx_min")
-# The remark on a node's parameters within those of another node, for which no node looks.
-NESTED = f"{PARAMETERS_KEY} stands within the parameters"
 # Servers that a robot only has if its file has them.
-OPTIONAL = ("velocity_smoother", COLLISION_MONITOR)
-
-
-class ReadFiles(NamedTuple):
-    """The sections of files that are merged, and the remarks on them."""
-
-    paths: tuple[Path, ...]
-    sections: tuple[Section, ...]
-    remarks: Rows
-
-
-def read_sections(
-    paths: Sequence[Path], substitutions: Substitutions, texts: Mapping[Path, str] | None = None
-) -> ReadFiles:
-    """Returns the sections of files; raises InputError.
-
-    texts: contents that replace those of a path.
-    """
-    sections: list[Section] = []
-    rows: Rows = {}
-    for path in paths:
-        prepare = partial(substitutions.applied_to, path=path)
-        if texts and path in texts:
-            file = read_parameter_text(prepare(texts[path]), path)
-        else:
-            file = read_parameter_file(path, prepare)
-        if not file.sections:
-            raise InputError(f"{path}: no node with {PARAMETERS_KEY}; expected a Nav2 file")
-        sections += file.sections
-        for number, remark in enumerate(file.remarks):
-            row = CheckRow(Status.OTHER_FORM, path.name, "", remark.removeprefix(f"{path}, "))
-            rows[path.name, str(number)] = row
-    return ReadFiles(tuple(paths), tuple(sections), rows)
+OPTIONAL = (VELOCITY_SMOOTHER, COLLISION_MONITOR)
 
 
 def setup_of(
@@ -138,16 +100,15 @@ def setup_of(
     *,
     release: str | None = None,
     beside: Sequence[Nav2Setup] = (),
-    needs_controller: bool = True,
 ) -> Nav2Setup:
     """Returns the setup that Nav2 files define; raises InputError.
 
     beside: setups whose controllers drive the same base; its speed limits suffice for all of them.
-    needs_controller: whether files are refused of whose controllers none exists here.
+    A file of whose controllers none exists here has a setup, too: see `without_column`.
     """
     found = release_of(read.sections, release)
     files = _Files(list(read.sections), dict(read.remarks), base, base_name, found)
-    return files.setup(read.paths, beside, needs_controller)
+    return files.setup(read.paths, beside)
 
 
 class _Files:
@@ -159,6 +120,8 @@ class _Files:
         self._release = release
         self._places: dict[str, tuple[str, str]] = {}
         self._readers: list[NodeReader] = []
+        self._outlines: list[tuple[NodeReader, Outline]] = []
+        self._without_column: NoCounterpart | None = None
         self._sections = sections
         self._rows = rows
         self._base = base
@@ -167,14 +130,38 @@ class _Files:
         self._servers = servers
         self._namespace = servers[0].name.removesuffix(f"/{SERVER}") if servers else ""
 
-    def setup(
-        self, paths: Sequence[Path], beside: Sequence[Nav2Setup], needs_controller: bool
-    ) -> Nav2Setup:
+    def setup(self, paths: Sequence[Path], beside: Sequence[Nav2Setup]) -> Nav2Setup:
         """Returns the columns and the robot that the files describe."""
-        columns = [self._columns(node, needs_controller) for node in self._servers]
-        presets = tuple(preset for own in columns for preset in own)
+        presets = tuple(preset for node in self._servers for preset in self._columns(node))
         row = release_row(self._release)
         self._rows[row.node, row.parameter] = row
+        needed_speeds = tuple(preset.parameters.asked_speeds() for preset in presets)
+        robot, spin = self._robot(paths, needed_speeds, beside)
+        self._note_across_nodes(presets, robot)
+        return Nav2Setup(
+            presets,
+            robot,
+            Check(tuple(self._rows.values())),
+            self._places,
+            given=self._given(),
+            offers={
+                (reader.node.name.rpartition("/")[2], name): offer
+                for reader in self._readers
+                for name, offer in reader.offers.items()
+            },
+            needed_speeds=needed_speeds,
+            spin_radps=spin,
+            namespace=self._namespace.lstrip("/"),
+            without_column=self._without_column,
+        )
+
+    def _robot(
+        self, paths: Sequence[Path], speeds: Sequence[AskedSpeeds], beside: Sequence[Nav2Setup]
+    ) -> tuple[Robot, float]:
+        """Returns the robot that the files describe, and the yaw rate of its spin, rad/s.
+
+        speeds: those that the files' controllers ask of the base. beside: as in `setup_of`.
+        """
         navigation = self._navigation()
         data = self._base.model_dump(mode="json", exclude_unset=True)
         data["description"] = f"from {', '.join(p.name for p in paths)}, drive of {self._base_name}"
@@ -186,11 +173,10 @@ class _Files:
         data["navigation"] = {**data.get("navigation", {}), **dict.fromkeys(OPTIONAL), **navigation}
         if self._added_sensors:
             data["depth_sensors"] = {**data.get("depth_sensors", {}), **self._added_sensors}
-        needed_speeds = tuple(preset.parameters.asked_speeds() for preset in presets)
         spin = navigation.get("behavior_server", {}).get("max_rotational_vel") or 0.0
         data["drive"], remarks = drive_for(
             data.get("drive", {}),
-            [*needed_speeds, *(speeds for other in beside for speeds in other.needed_speeds)],
+            [*speeds, *(speeds for other in beside for speeds in other.needed_speeds)],
             self._base,
             self._base_name,
             spin_radps=max([spin, *(other.spin_radps for other in beside)]),
@@ -199,36 +185,28 @@ class _Files:
             self._note(Status.OTHER_FORM, "robot", f"drive.{name}", remark)
         source = ", ".join(map(str, paths))
         robot = validate(Robot, data, source)
-        self._note_smoothed_away(presets, robot)
-        for node in [*self._servers, *(reader.node for reader in self._readers)]:
-            note_absent_classes(self._rows, node, self._release.release)
-        self._note_other_sections()
         robot = robot.model_copy(update={"directory": self._base.directory})
         if robot.drive.has_wheels:
             robot.running_gear(source)
+        return robot, spin
+
+    def _note_across_nodes(self, presets: Sequence[Preset], robot: Robot) -> None:
+        """Notes what is told by several nodes together, or by a node and the robot."""
+        note_smoothed_away(self._rows, self._places, presets, robot)
+        for server in self._servers[:1]:
+            checker = robot.navigation.goal_checker
+            note_wide_tolerance(self._rows, server, checker, robot.radii[1])
+        self._note_unloadable()
+        servers = [node.name for node in self._servers]
+        release = self._release.release
+        note_other_sections(self._rows, self._sections, servers, self._namespace, release)
         for reader, _ in self._outlines:
             settings = getattr(robot.navigation, reader.node.name.rpartition("/")[2])
             note_small_inflation(reader, settings, robot.radii[0])
-        if body:
+        if costmap_body(self._outlines):
             note_body(self._outlines, robot, self._base_name)
         if robot.is_circle:
-            self._note_outlines_of_a_radius(presets)
-        check = Check(tuple(self._rows.values()))
-        return Nav2Setup(
-            presets,
-            robot,
-            check,
-            self._places,
-            given=self._given(),
-            offers={
-                (reader.node.name.rpartition("/")[2], name): offer
-                for reader in self._readers
-                for name, offer in reader.offers.items()
-            },
-            needed_speeds=needed_speeds,
-            spin_radps=spin,
-            namespace=self._namespace.lstrip("/"),
-        )
+            note_outlines_of_a_radius(self._rows, self._places, presets)
 
     def _given(self) -> dict[tuple[str, str], Any]:
         """Returns the values of all nodes in the namespace that is read."""
@@ -244,11 +222,12 @@ class _Files:
             for name, parameter in node.parameters.items()
         }
 
-    def _columns(self, node: Node, needs_one: bool) -> list[Preset]:
-        columns = server_columns(node, self._release.release, needs_one=needs_one)
+    def _columns(self, node: Node) -> list[Preset]:
+        columns = server_columns(node, self._release.release)
+        self._without_column = self._without_column or why_without_column(columns)
         for row in column_rows(node, columns):
             self._rows[row.node, row.parameter] = row
-        presets = {plugin: preset for plugin, preset in columns.items() if preset is not None}
+        presets = {name: found for name, found in columns.items() if isinstance(found, Preset)}
         for plugin, preset in presets.items():
             self._places[preset.name] = node.name.lstrip("/"), plugin
         return [replace(preset, ignored=()) for preset in presets.values()]
@@ -273,7 +252,7 @@ class _Files:
         fields = merged(navigation_of(self._release.release), fields)
         fields |= self._costmaps()
         release = self._release.release
-        of_release = {
+        by_release = {
             PLANNER_SERVER: partial(
                 read_planner_server, release=release, cell_m=self._global_cell_m(fields)
             ),
@@ -282,7 +261,7 @@ class _Files:
             ),
             BT_NAVIGATOR: partial(read_bt_navigator, release=release),
         }
-        for name, read in (SERVERS | of_release).items():
+        for name, read in (SERVERS | by_release).items():
             node = self._find(name)
             if node is not None:
                 fields = merged(fields, read(self._reader(node)))
@@ -294,11 +273,26 @@ class _Files:
             given[name] = tree_of(self._release.release, tree)
         if "behavior_server" not in fields:
             fields |= self._own_behaviors()
-        smoother = self._find(SMOOTHER_SERVER)
-        if smoother is not None:
-            is_asked = any(has_node(tree, SMOOTHING_NODE) for tree in trees.values())
-            fields |= read_smoother_server(self._reader(smoother), is_asked=is_asked)
-        return fields
+        is_asked = any(has_node(tree, SMOOTHING_NODE) for tree in trees.values())
+        return fields | self._smoother(is_asked)
+
+    def _smoother(self, is_asked: bool) -> dict[str, Any]:
+        """Returns the smoother that the tree asks for: the file's, else the base robot's.
+
+        The base robot's has the rules and defaults of the file's release where it names none.
+        """
+        node = self._find(SMOOTHER_SERVER)
+        if node is not None:
+            return read_smoother_server(self._reader(node), is_asked=is_asked)
+        if not is_asked:
+            return {}
+        release = self._release.release
+        remark = f"not in the file; that of {self._base_name}, by the rules of {release}"
+        self._note(Status.OTHER_FORM, SMOOTHER_SERVER, "", remark)
+        own = self._base.navigation.smoother.model_dump(mode="json", exclude_unset=True)
+        return {
+            "smoother": smoother_of_release(type(self._base.navigation.smoother), release) | own
+        }
 
     def _global_cell_m(self, fields: dict[str, Any]) -> float:
         """Returns the resolution of the global costmap, m."""
@@ -323,7 +317,6 @@ class _Files:
 
     def _costmaps(self) -> dict[str, Any]:
         fields: dict[str, Any] = {}
-        self._outlines: list[tuple[NodeReader, Outline]] = []
         sensors = Nav2Sensors(self._base)
         read_local = partial(read_local_costmap, is_override=not self._servers)
         for name, read in ((LOCAL_COSTMAP, read_local), (GLOBAL_COSTMAP, read_global_costmap)):
@@ -351,33 +344,11 @@ class _Files:
             self._note(Status.OTHER_FORM, "robot", "footprint", remark)
         return body
 
-    def _note_outlines_of_a_radius(self, presets: Collection[Preset]) -> None:
-        remark = (
-            "the costmap has a radius and no footprint: MPPI checks a polygon in its place; later "
-            "releases refuse this"
-        )
-        for preset in presets:
-            node, block = self._places[preset.name]
-            for name, value in flattened(preset.values):
-                place = node, f"{block}.{name}"
-                if name.endswith(".consider_footprint") and value is True and place in self._rows:
-                    row = self._rows[place]
-                    self._rows[place] = row._replace(status=Status.DOUBTFUL, remark=remark)
-
-    def _note_smoothed_away(self, presets: Collection[Preset], robot: Robot) -> None:
-        """Notes least speeds that the velocity smoother lets no command have."""
-        smoother = robot.navigation.velocity_smoother
-        if smoother is None:
-            return
-        most = smoother.max_velocity[0]
-        for preset in presets:
-            node, block = self._places[preset.name]
-            for name, value in flattened(preset.values):
-                place = node, f"{block}.{name}"
-                if name in LEAST_SPEEDS and value > most and place in self._rows:
-                    remark = f"{value:g} m/s, but the velocity smoother lets through {most:g} m/s"
-                    row = self._rows[place]
-                    self._rows[place] = row._replace(status=Status.DOUBTFUL, remark=remark)
+    def _note_unloadable(self) -> None:
+        nodes = [*self._servers, *(reader.node for reader in self._readers)]
+        is_older = is_before_humble(self._release.mark)
+        for node in filter(None, [*nodes, self._find(AMCL)]):
+            note_unloadable(self._rows, node, self._release.release, is_older=is_older)
 
     def _note(self, status: Status, node: str, parameter: str, remark: str) -> None:
         self._rows[node, parameter] = CheckRow(status, node, parameter, remark)
@@ -385,35 +356,3 @@ class _Files:
     def _note_missing(self, name: str) -> None:
         remark = f"not in the file; that of {self._base_name}"
         self._note(Status.OTHER_FORM, name, "", remark)
-
-    def _note_other_sections(self) -> None:
-        """Notes the nodes whose parameters are not read."""
-        read = {f"{self._namespace}/{name}" for name in READ}
-        read |= {node.name for node in self._servers}
-        for section in self._sections:
-            self._note_nested(section)
-            if section.name in read or section.has_wildcards:
-                continue
-            self._note_unread_section(section.name.lstrip("/"))
-
-    def _note_nested(self, section: Section) -> None:
-        """Notes the nodes that stand within the parameters of another one."""
-        for name, parameter in section.parameters.items():
-            nested, found, _ = name.partition(f".{PARAMETERS_KEY}.")
-            place = section.name.lstrip("/"), nested
-            if found and place not in self._rows:
-                first = nested.partition(".")[0]
-                remark = f"{NESTED} of {place[0]}; begin {first} at the left margin"
-                self._rows[place] = CheckRow(Status.UNREAD, *place, remark, parameter.line)
-
-    def _note_unread_section(self, name: str) -> None:
-        if name.rpartition("/")[2] == OLD_NODE:
-            remark = f"since humble the node is called behavior_server; {self._release.release} "
-            self._note(Status.UNREAD, name, "", f"{remark}does not read this one")
-        elif name in ("local_costmap", "global_costmap"):
-            self._note(Status.UNREAD, name, "", f"the node is called {name}/{name}")
-        elif any(name.endswith(f"/{other}") or name == other for other in READ):
-            remark = f"another namespace; only that of '{self._namespace or '/'}' is read"
-            self._note(Status.STAND_IN, name, "", remark)
-        else:
-            self._note(Status.NO_MEANING, name, "", "")

@@ -11,11 +11,15 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from pydantic import BaseModel
+
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import Status
 from drake_navbench.nav2.controller_server import plugin_block
+from drake_navbench.nav2.loadable import fault_of_tree_node
 from drake_navbench.nav2.node_reader import WITHOUT_MEANING, NodeReader
 from drake_navbench.nav2.tree_files import installed_tree, tree_beside
+from drake_navbench.navigation.behavior_tree.description import NodeDescription
 from drake_navbench.navigation.behavior_tree.settings import (
     NAVIGATOR_OF,
     RECOVERY_ACTIONS,
@@ -276,11 +280,23 @@ def _tree_of(reader: NodeReader, name: str, release: Release) -> Fields:
         return {}
     faults = list(faults_of(tree, NAVIGATOR_OF[field]))
     if not faults:
+        _note_absent_nodes(reader, name, tree)
         return {field: tree.model_dump(mode="json")}
     told = "; ".join(f"line {fault.line}, {fault}" for fault in faults)
     remark = f"{file_name}: {told}; Nav2's default tree is used instead"
     reader.note(Status.STAND_IN, name, remark)
     return {}
+
+
+def _note_absent_nodes(reader: NodeReader, name: str, tree: NodeDescription) -> None:
+    """Notes the nodes of a tree that the release lacks; name: the parameter of the tree's file."""
+    found = {node.node: node for node in tree.iterate()}
+    faults = {kind: fault_of_tree_node(kind, reader.release) for kind in found}
+    told = [f"line {found[kind].line}, {kind} {fault}" for kind, fault in faults.items() if fault]
+    if told:
+        file_name = reader.text(name).rpartition("/")[2]
+        remark = f"{file_name}: {'; '.join(told)}: bt_navigator does not start"
+        reader.note(Status.STAND_IN, name, f"{remark}; used here all the same")
 
 
 def read_waypoint_follower(reader: NodeReader) -> Fields:
@@ -326,7 +342,8 @@ def read_smoother_server(reader: NodeReader, *, is_asked: bool) -> Fields:
         reader.note_block(
             Status.STAND_IN, name, f"{plugin_type}: {SIMPLE_SMOOTHER} is used instead"
         )
-        return {"smoother": {"plugin": SIMPLE_SMOOTHER}}
+        model = SMOOTHERS.load(SIMPLE_SMOOTHER).Parameters
+        return {"smoother": smoother_of_release(model, reader.release)}
     model = SMOOTHERS.load(plugin_type).Parameters
     fields = [field for field in model.model_fields if field not in {"plugin", RELEASE_FIELD}]
     values = reader.block(model, f"{name}.", names=fields)
@@ -336,3 +353,9 @@ def read_smoother_server(reader: NodeReader, *, is_asked: bool) -> Fields:
         {"costmap_topic", "footprint_topic", "local_costmap_topic", "transform_tolerance"}
     )
     return {"smoother": {"plugin": plugin_type, **values}}
+
+
+def smoother_of_release(model: type[BaseModel], release: Release) -> Fields:
+    """Returns the fields of a smoother without parameters whose rules are those of a release."""
+    rules = {RELEASE_FIELD: str(release)} if RELEASE_FIELD in model.model_fields else {}
+    return defaults_in(model, release) | rules

@@ -18,7 +18,8 @@ from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot, is_model, load_robot
 from drake_navbench.nav2.known_base import known_base_of
 from drake_navbench.nav2.nav2_setup import Nav2Setup
-from drake_navbench.nav2.robot import read_sections, setup_of
+from drake_navbench.nav2.read_files import read_sections
+from drake_navbench.nav2.robot import setup_of
 from drake_navbench.nav2.substitutions import Substitutions
 
 
@@ -110,14 +111,13 @@ def columns_of_files(
     release: str | None = None,
     base: Robot | None = None,
     other_names: Collection[str] = (),
-    needs_controller: bool = True,
 ) -> tuple[FileColumns, ...]:
     """Returns the columns of whole Nav2 files, to drive beside each other.
 
     robot: name or file of the robot that supplies all that no Nav2 file contains. values: for the
     files' substitutions. release: Nav2's; by default the one that each file's own marks tell. base:
     the robot, if it is loaded already; then other_names are the names in `values` that others use,
-    such as the arguments of the robot's model. needs_controller: as in `setup_of`.
+    such as the arguments of the robot's model.
 
     All drive the same base, whose speeds are those that the controllers of all files ask for. One
     file alone drives as by `--nav2`. To drive a patched file against the original:
@@ -129,6 +129,7 @@ def columns_of_files(
         presets = [preset for column in columns for preset in column.presets]
         campaign = plan_campaign(scenarios, presets, trials=8)
 
+    A file of whose controllers none exists here has no columns; `require_columns` refuses it.
     Raises InputError where a file is wrong, or two have one name.
     """
     if base is None:
@@ -144,9 +145,7 @@ def columns_of_files(
         for file in files
     ]
     substitutions.require_all_used(other_names)
-    make = partial(
-        setup_of, base=base, base_name=robot, release=release, needs_controller=needs_controller
-    )
+    make = partial(setup_of, base=base, base_name=robot, release=release)
     alone = [make(entry) for entry in read]
     columns = []
     for file, entry, setup in zip(files, read, alone, strict=True):
@@ -155,6 +154,13 @@ def columns_of_files(
             setup = make(entry, beside=others)
         columns.append(FileColumns(file, _named(setup, file)))
     return tuple(columns)
+
+
+def require_columns(files: tuple[FileColumns, ...]) -> tuple[FileColumns, ...]:
+    """Returns the files; raises InputError for one of whose controllers none exists here."""
+    for entry in files:
+        entry.setup.require_columns()
+    return files
 
 
 def _require_different_names(files: Sequence[WholeFile]) -> None:

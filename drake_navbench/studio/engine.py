@@ -13,8 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from drake_navbench.errors import NavbenchError
+from drake_navbench.processes.standing_worker import StandingWorker
+from drake_navbench.processes.tasks import Task
 from drake_navbench.processes.worker_process import Returned
-from drake_navbench.processes.workers import StandingWorker, Task, start_server
+from drake_navbench.processes.workers import start_server
 
 # The workers share these modules, which are loaded once, before they begin.
 PRELOAD_MODULES = ["drake_navbench.campaign.worker_preload", "drake_navbench.studio.tasks"]

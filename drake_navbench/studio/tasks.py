@@ -26,7 +26,12 @@ from drake_navbench.inputs.task_check import check_task
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.logs.log import TrialLog
-from drake_navbench.nav2.whole_files import FileColumns, WholeFile, columns_of_files
+from drake_navbench.nav2.whole_files import (
+    FileColumns,
+    WholeFile,
+    columns_of_files,
+    require_columns,
+)
 from drake_navbench.studio.messages import (
     SERVER,
     Checked,
@@ -215,7 +220,7 @@ def _plugin_of(columns: FileColumns, column: Column) -> Preset:
 
 def _columns(file: str, text: str, robot: str) -> FileColumns:
     whole = WholeFile("", (Path(file),), text)
-    (columns,) = columns_of_files([whole], robot, base=load_robot(robot))
+    (columns,) = require_columns(columns_of_files([whole], robot, base=load_robot(robot)))
     if not columns.presets:
         raise InputError(f"{file}: no {SERVER} with controller_plugins")
     return columns

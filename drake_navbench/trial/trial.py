@@ -28,8 +28,9 @@ from drake_navbench.kernels.grid import Costmap
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.navigation.costmaps.map_file import OccupancyMap
 from drake_navbench.navigation.task import TaskStatus
+from drake_navbench.processes.tasks import Died, Failure, Task, TimedOut
 from drake_navbench.processes.worker_process import Returned
-from drake_navbench.processes.workers import Died, Failure, Task, TimedOut, run_tasks, start_server
+from drake_navbench.processes.workers import run_tasks, start_server
 from drake_navbench.trial.column_controller import built_controller
 from drake_navbench.trial.contact_watch import Contact, ContactWatch
 from drake_navbench.trial.diagram import Looks, TrialDiagram, TrialMaps, build_trial_diagram

@@ -23,9 +23,11 @@ from drake_navbench.explanation import (
     Explanation,
     command_text,
 )
-from drake_navbench.logs.log import LIVE_CHANGES, UNREPEATABLE_COLUMNS, Outcome, TrialLog
+from drake_navbench.logs.log import LIVE_CHANGES, Outcome, TrialLog
+from drake_navbench.logs.log_columns import UNREPEATABLE_COLUMNS
+from drake_navbench.processes.tasks import Task
 from drake_navbench.processes.worker_process import Returned
-from drake_navbench.processes.workers import Task, run_tasks, start_server
+from drake_navbench.processes.workers import run_tasks, start_server
 from drake_navbench.trial.column_controller import built_controller
 from drake_navbench.trial.diagram import Looks
 from drake_navbench.trial.recording_wiring import RECORDER_PERIOD_S

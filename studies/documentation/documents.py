@@ -29,12 +29,12 @@ from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario, load_scenario
 from drake_navbench.inputs.world import World
 from drake_navbench.logs.costmaps import COSTMAP_COLUMNS
-from drake_navbench.logs.log import (
+from drake_navbench.logs.log import SCHEMA_VERSION
+from drake_navbench.logs.log_columns import (
     COLUMNS,
     LATERAL_COLUMNS,
     MISSION_COLUMNS,
     ODOMETRY_COLUMNS,
-    SCHEMA_VERSION,
 )
 from drake_navbench.logs.people import PEOPLE_COLUMNS
 from drake_navbench.logs.plans import PLAN_COLUMNS

@@ -9,7 +9,8 @@ import numpy as np
 import pandas as pd
 from scenes import WHEELCHAIR, straight_plan
 
-from drake_navbench.logs.log import COLUMNS, LATERAL_COLUMNS, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.log_columns import COLUMNS, LATERAL_COLUMNS
 from drake_navbench.logs.plans import Plan
 
 LOG_PERIOD_S = 0.02

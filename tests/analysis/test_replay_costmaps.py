@@ -15,7 +15,8 @@ from drake_navbench.analysis.replay.costmaps import add_costmaps
 from drake_navbench.analysis.replay.ground_texture import png
 from drake_navbench.analysis.replay.stage import Stage
 from drake_navbench.kernels.grid import FREE, INSCRIBED, LETHAL, NO_INFORMATION
-from drake_navbench.logs.log import UNREPEATABLE_COLUMNS, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.log_columns import UNREPEATABLE_COLUMNS
 from drake_navbench.trial.trial import run_trial
 
 

@@ -156,6 +156,28 @@ def test_every_preset_drives_every_robot_or_says_why_it_cannot(robot, tmp_path):
     assert endings["rpp"] is Outcome.SUCCEEDED
 
 
+def told_of_kept_cells(preset, robot, tmp_path):
+    scenario = str(written(tmp_path / "s.yaml", "description: ahead\ngoal: [0.7, 0.0, 0.0]\n"))
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        plan_campaign([scenario], [preset], trials=1, robot=robot)
+    return [str(w.message) for w in caught if "stop_for_moving" in str(w.message)]
+
+
+def test_a_stop_for_what_moves_where_the_costmap_keeps_what_has_left_is_told(tmp_path):
+    stopping = "harmony:stop_for_moving=true"
+    (told,) = told_of_kept_cells(stopping, "wheelchair", tmp_path)
+    assert "does not see what moves" in told
+    assert "set obstacle_layer.scan.inf_is_valid and clearing to true in both costmaps" in told
+    assert told_of_kept_cells("harmony", "wheelchair", tmp_path) == []
+    scan = "{inf_is_valid: true, clearing: true, max_obstacle_height: 2.0}"
+    layer = f"{{obstacle_layer: {{observation_sources: {{scan: {scan}}}}}}}"
+    robot = written(
+        tmp_path / "r.yaml", f"like: wheelchair\nnavigation: {{local_costmap: {layer}}}\n"
+    )
+    assert told_of_kept_cells(stopping, str(robot), tmp_path) == []
+
+
 @pytest.mark.parametrize("preset", [name for name in preset_files() if asks_sideways(name)])
 def test_a_preset_for_another_kind_of_base_is_refused_in_one_line(preset):
     with pytest.raises(InputError, match="cannot move sideways") as caught:

@@ -23,7 +23,8 @@ from drake_navbench.campaign.cluster import TRIALS_PER_CHUNK, chunks_of
 from drake_navbench.campaign.cluster_connection import ClusterPlace
 from drake_navbench.campaign.driving import run_campaign
 from drake_navbench.commands import run as command
-from drake_navbench.logs.log import UNREPEATABLE_COLUMNS, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.log_columns import UNREPEATABLE_COLUMNS
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.processes.fingerprint import fingerprint
 from drake_navbench.processes.worker_process import Returned

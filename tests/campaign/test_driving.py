@@ -18,8 +18,8 @@ from drake_navbench.campaign.warm_up import Compiling, WarmUp
 from drake_navbench.errors import CannotBeWritten, EndedFromOutside, InputError
 from drake_navbench.logs.log import Outcome, TrialLog
 from drake_navbench.logs.results import ResultsFolder
+from drake_navbench.processes.tasks import Died, Task, TimedOut
 from drake_navbench.processes.worker_process import Raised, TaskFailed
-from drake_navbench.processes.workers import Died, Task, TimedOut
 from drake_navbench.trial.trial import NotDriven
 from drake_navbench.trial.trial_log import failed_log
 

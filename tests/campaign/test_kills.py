@@ -15,7 +15,8 @@ import pytest
 from drake_navbench.analysis.metrics.registry import unrepeatable_names
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.campaign.driving import run_campaign
-from drake_navbench.logs.log import UNREPEATABLE_COLUMNS, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.log_columns import UNREPEATABLE_COLUMNS
 from drake_navbench.logs.results import ResultsFolder, remove_unfinished
 
 SCENARIO = "description: nothing in the way\ngoal: [2.0, 0.0, 0.0]\ntimeout_s: 20.0\n"

@@ -18,7 +18,8 @@ from drake_navbench.commands.main import main
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.scenario import load_scenario
-from drake_navbench.logs.log import UNREPEATABLE_COLUMNS, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.log_columns import UNREPEATABLE_COLUMNS
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.trial.trial import simulate
 

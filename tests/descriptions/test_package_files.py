@@ -431,6 +431,22 @@ def test_a_nav2_file_of_whose_controllers_none_exists_here_gives_way_to_the_next
     assert [path.name for path in picked.nav2] == ["nav2_params.yaml"]
 
 
+@pytest.mark.parametrize("more", ["", ", nav2=N with another of the list"])
+def test_a_refused_nav2_file_of_a_repository_is_told_with_the_way_on(repository, capsys, more):
+    (file,) = repository.rglob("nav2_params.yaml")
+    file.write_text(NAV2.replace("controller_plugins: [FollowPath]", "controller_plugins: 3"))
+    if more:
+        (file.parent / "nav2_params_other.yaml").write_text(NAV2)
+    asked = ["--package", str(repository), "--check", "--pick", "nav2=1"]
+    assert main(asked) == 2
+    *_, line = capsys.readouterr().err.splitlines()
+    assert "expected a list of names, got 3" in line
+    assert line.endswith(f"; --pick nav2=none goes on without it{more}")
+    # A file that the user names himself is no choice among those found.
+    assert main([*asked[:3], "--nav2", str(file)]) == 2
+    assert "--pick" not in capsys.readouterr().err
+
+
 def test_a_value_of_an_undeclared_argument_of_xacro_counts_as_used(repository):
     """xacro's message on such an argument says to give it by --set."""
     model = repository / "cart_description" / "urdf" / "cart.urdf.xacro"

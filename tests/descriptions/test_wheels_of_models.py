@@ -9,11 +9,8 @@ import trimesh
 
 from drake_navbench.inputs.described_robot import describe_robot
 from drake_navbench.inputs.descriptions.body import base_of, wheels_of
-from drake_navbench.inputs.descriptions.gazebo_drive import (
-    DIFFERENTIAL,
-    OMNIDIRECTIONAL,
-    drive_of,
-)
+from drake_navbench.inputs.descriptions.drive_kinds import DIFFERENTIAL, OMNIDIRECTIONAL
+from drake_navbench.inputs.descriptions.gazebo_drive import drive_of
 from drake_navbench.inputs.descriptions.model_source import read_source
 from drake_navbench.inputs.package_files import ROBOT
 from drake_navbench.inputs.package_search import find_package_files

@@ -202,6 +202,25 @@ def test_a_tree_that_is_named_as_up_to_foxy_is_not_read(tmp_path, named, status)
     assert row.status == status
 
 
+@pytest.mark.parametrize(
+    ("node", "release", "told"),
+    [
+        ('<GetCurrentPose current_pose="{p}"/>', "humble", "exists from jazzy on, not in humble"),
+        ('<GetCurrentPose current_pose="{p}"/>', "jazzy", None),
+        ('<IsPathValid path="{path}"/>', "kilted", None),
+        ('<IsPathValid path="{path}"/>', "lyrical", "does not exist in lyrical"),
+        ('<ValidatePath path="{path}"/>', "kilted", "exists from lyrical on, not in kilted"),
+    ],
+)
+def test_a_node_that_the_files_release_lacks_is_told(tmp_path, node, release, told):
+    setup = setup_with(tmp_path, PLAIN.replace('<SubTree ID="F', f'{node}<SubTree ID="F'), release)
+    rows = [r.remark for r in setup.check.stand_ins if r.parameter.endswith("to_pose_bt_xml")]
+    line = f"drive.xml: line 6, {node[1:].partition(' ')[0]} {told}: bt_navigator does not start"
+    assert rows == ([f"{line}; used here all the same"] if told else [])
+    # It drives here whatever the release.
+    assert setup.robot.navigation.behavior_tree.tree.name == "Drive"
+
+
 SMOOTHING = """<root main_tree_to_execute="Main">
   <BehaviorTree ID="Main">
     <PipelineSequence>
@@ -258,6 +277,26 @@ def test_the_smoother_is_read_where_the_tree_asks_for_one(tmp_path, plugin, valu
         assert smoother.plugin == plugin.replace("/", "::")
         assert {name: getattr(smoother, name) for name in values} == values
         assert not stands_in
+
+
+@pytest.mark.parametrize(("release", "refinements"), [("humble", 4), ("iron", 2)])
+@pytest.mark.parametrize("server", ["", "mine::Smoother"])
+def test_without_a_smoother_of_its_own_a_file_has_that_of_its_release(
+    tmp_path, release, refinements, server
+):
+    write(tmp_path, SMOOTHING.replace("RESULT", "path").replace("CHECK", ""))
+    own = tmp_path / "nav2.yaml"
+    text = "bt_navigator: {ros__parameters: {default_nav_to_pose_bt_xml: drive.xml}}\n"
+    if server:
+        plugins = f"{{smoother_plugins: [mine], mine: {{plugin: '{server}'}}}}"
+        text += f"smoother_server: {{ros__parameters: {plugins}}}\n"
+    own.write_text(text)
+    chair = load_robot("wheelchair")
+    smoother = read_nav2_files(
+        [own], chair, "wheelchair", release=release
+    ).robot.navigation.smoother
+    assert smoother.plugin == "nav2_smoother::SimpleSmoother"
+    assert (smoother.nav2_release, smoother.refinement_num) == (release, refinements)
 
 
 @pytest.mark.parametrize(

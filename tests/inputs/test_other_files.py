@@ -123,3 +123,36 @@ def test_a_list_of_tree_nodes_is_no_tree(in_folder):
         InputError, match=r"expected one BehaviorTree, or main_tree_to_.*; found no"
     ):
         read_tree_file(Path("nodes.xml"))
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("mass_kg: 3\n", "mine/robot.yaml: description: missing, but required"),
+        ("{description: a, robot_radius: 0.2, model: b.sdf}", "model: no such file: mine/b.sdf"),
+        ("{like: other.yaml}", "mine/other.yaml: like: 'robot.yaml' is like this file itself"),
+    ],
+)
+def test_an_error_names_a_robot_file_as_it_was_given(in_folder, text, told):
+    Path("mine").mkdir()
+    Path("mine/robot.yaml").write_text(text)
+    Path("mine/other.yaml").write_text("like: robot.yaml\n")
+    with pytest.raises(InputError, match=re.escape(told)) as caught:
+        load_robot("mine/robot.yaml")
+    assert str(in_folder) not in str(caught.value)
+
+
+def test_an_error_names_a_scenario_file_as_it_was_given(in_folder):
+    Path("mine.yaml").write_text("{description: a, plan: 3}")
+    with pytest.raises(InputError, match=r"^mine\.yaml, line 1: plan: input"):
+        load_scenario("mine.yaml")
+
+
+def test_a_robot_keeps_its_folder_when_the_working_folder_changes(in_folder, monkeypatch):
+    Path("mine").mkdir()
+    text = "{description: a, robot_radius: 0.2, model: cart.urdf}"
+    Path("mine/robot.yaml").write_text(text)
+    Path("mine/cart.urdf").write_text(URDF.format(mass="", shapes=BOX.format(name="")))
+    robot = load_robot("mine/robot.yaml")
+    monkeypatch.chdir("/")
+    assert robot.model_path == in_folder / "mine" / "cart.urdf"

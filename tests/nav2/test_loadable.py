@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
+import yaml
 
 from drake_navbench.nav2.loadable import (
     NODES_SINCE,
     fault_of_class,
+    fault_of_tree_node,
     faults_of_libraries,
     loadable_name,
 )
@@ -94,3 +98,16 @@ def test_all_libraries_of_nav2_are_known_once():
 )
 def test_a_class_that_a_release_lacks_is_told(name, release, fault):
     assert fault_of_class(name, release) == fault
+
+
+def test_tree_nodes_are_those_of_the_page_of_plugins():
+    page = yaml.safe_load((Path(__file__).parents[2] / "docs" / "nav2_plugins.yaml").read_text())
+    kinds = [kind for kind in page["kinds"] if kind["kind"].endswith("of behaviour trees")]
+    nodes = [node for kind in kinds for node in kind["plugins"]]
+    assert len(nodes) > 70
+    for node in nodes:
+        since, until = Release(node.get("since", "humble")), Release(node.get("until", "lyrical"))
+        for release in Release:
+            is_there = since <= release <= until and release not in node.get("but", ())
+            fault = fault_of_tree_node(node["type"], release)
+            assert (fault == "") == is_there, (node["type"], release, fault)

@@ -375,3 +375,18 @@ def test_a_corner_that_is_none_is_named(setup_of):
     corners = "'[[0.5, 0.2], [0.5, -0,2], [-0.5, 0.0]]'"
     with pytest.raises(InputError, match=r"at least 3 corners, got the corner \[0.5, -0.0, 2.0\]"):
         setup_of(COLUMN, LOCAL % f"footprint: {corners}")
+
+
+@pytest.mark.parametrize(("tolerance_m", "is_told"), [(2.5, True), (0.6, False), (0.25, False)])
+def test_a_tolerance_of_the_goal_that_reaches_beyond_the_robot_is_told(
+    setup_of, tolerance_m, is_told
+):
+    goal = (
+        "controller_server: {ros__parameters: {goal_checker_plugins: [goal], goal: {plugin: "
+        f"'nav2_controller::SimpleGoalChecker', xy_goal_tolerance: {tolerance_m}}}}}}}\n"
+    )
+    # A radius of 0.7 m and Nav2's padding of 0.01 m.
+    setup = setup_of(COLUMN, goal, LOCAL % "robot_radius: 0.7, rolling_window: true")
+    row = row_of(setup, "goal.xy_goal_tolerance")
+    assert (row.status is Status.DOUBTFUL) == is_told
+    assert ("where none of it, up to 0.71 m" in row.remark) == is_told

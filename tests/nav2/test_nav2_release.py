@@ -340,3 +340,68 @@ def test_a_class_that_the_release_lacks_keeps_nav2_from_starting(tmp_path):
     assert row.remark.startswith(f"{LEGACY} exists from lyrical on, not in humble")
     row = row_of(read_nav2_files([file], WHEELCHAIR, "chair", release="lyrical"), f"{NAME}.plugin")
     assert row.status == "used"
+
+
+SLIPS = """
+amcl: {ros__parameters: {robot_model_type: differential}}
+behavior_server:
+  ros__parameters:
+    behavior_plugins: [spin, wait]
+    spin: {plugin: nav2_behaviors/Spin}
+    wait: {plugin: "nav2_behaviors::Wait"}
+bt_navigator:
+  ros__parameters:
+    navigators: [navigate_to_pose]
+    navigate_to_pose: {plugin: nav2_bt_navigator/NavigateToPoseNavigator}
+    plugin_lib_names: [nav2_spin_action_bt_node]
+local_costmap:
+  local_costmap:
+    ros__parameters:
+      rolling_window: true
+      plugins: [inflation]
+      inflation: {plugin: nav2_costmap_2d/InflationLayer}
+      forgotten: {plugin: nav2_costmap_2d/StaticLayer}
+"""
+
+
+def told_slips(tmp_path, release):
+    file = tmp_path / "nav2.yaml"
+    file.write_text(COLUMN + SLIPS)
+    check = read_nav2_files([file], WHEELCHAIR, "chair", release=release).check
+    return {row.place: row.remark for row in check.stand_ins}
+
+
+def test_the_check_tells_names_with_a_slash_where_the_release_wants_colons(tmp_path):
+    stops = "this node of Nav2 does not start"
+    assert told_slips(tmp_path, "jazzy") == {
+        "behavior_server: spin.plugin": f"nav2_behaviors/Spin is called nav2_behaviors::Spin in "
+        f"jazzy: {stops}; used here all the same",
+        "local_costmap/local_costmap: inflation.plugin": "nav2_costmap_2d/InflationLayer is called "
+        f"nav2_costmap_2d::InflationLayer in jazzy: {stops}; used here all the same",
+        # What is not read here has to start on the robot, too.
+        "amcl: robot_model_type": "differential is called nav2_amcl::DifferentialMotionModel in "
+        f"jazzy: {stops}",
+        "bt_navigator: navigate_to_pose.plugin": "nav2_bt_navigator/NavigateToPoseNavigator is "
+        f"called nav2_bt_navigator::NavigateToPoseNavigator in jazzy: {stops}",
+        "bt_navigator: plugin_lib_names": "lists nav2_spin_action_bt_node, which jazzy's "
+        "bt_navigator loads by itself and cannot load a second time: bt_navigator does not start",
+    }
+
+
+def test_the_check_tells_colons_where_the_release_wants_a_slash(tmp_path):
+    told = told_slips(tmp_path, "humble")
+    assert (
+        "nav2_behaviors::Wait is called nav2_behaviors/Wait in humble"
+        in (told["behavior_server: wait.plugin"])
+    )
+    # Humble loads no navigators, and all the libraries that it is told to.
+    assert not any(place.startswith("bt_navigator") for place in told)
+
+
+def test_a_run_with_a_misspelt_plugin_says_so(tmp_path, capsys):
+    file = tmp_path / "nav2.yaml"
+    file.write_text(COLUMN + SLIPS)
+    main(["empty", "--nav2", str(file), "--nav2-release", "jazzy", "--check"])
+    assert "nav2_behaviors/Spin is called nav2_behaviors::Spin" in (
+        " ".join(capsys.readouterr().out.split())
+    )

@@ -7,8 +7,9 @@ import signal
 
 import pytest
 
+from drake_navbench.processes.standing_worker import StandingWorker
+from drake_navbench.processes.tasks import Died, Task, TimedOut
 from drake_navbench.processes.worker_process import Raised, Returned
-from drake_navbench.processes.workers import Died, StandingWorker, Task, TimedOut
 
 pytestmark = pytest.mark.usefixtures("real_workers")
 

@@ -12,9 +12,11 @@ from contextlib import closing
 import pytest
 
 from drake_navbench.errors import InputError
-from drake_navbench.processes import workers
+from drake_navbench.processes import worker, workers
+from drake_navbench.processes.tasks import Died, NoWorkers, Task, TimedOut
+from drake_navbench.processes.waiting_tasks import WaitingTasks
 from drake_navbench.processes.worker_process import Raised, Returned
-from drake_navbench.processes.workers import Died, NoWorkers, Task, TimedOut, run_tasks
+from drake_navbench.processes.workers import run_tasks
 
 pytestmark = pytest.mark.usefixtures("real_workers")
 
@@ -150,7 +152,7 @@ def die_before_the_first_task(connection, variables) -> None:
 
 
 def test_workers_that_die_before_their_first_task_are_replaced_three_times(monkeypatch):
-    monkeypatch.setattr(workers, "serve", die_before_the_first_task)
+    monkeypatch.setattr(worker, "serve", die_before_the_first_task)
     with pytest.raises(NoWorkers) as caught:
         endings(Task(math.sqrt, (4.0,)))
     assert str(caught.value) == (
@@ -159,16 +161,16 @@ def test_workers_that_die_before_their_first_task_are_replaced_three_times(monke
 
 
 def test_a_start_that_fails_twice_is_forgotten_when_one_succeeds(monkeypatch):
-    served = workers.serve
+    served = worker.serve
     plan = [die_before_the_first_task] * 2 + [served] + [die_before_the_first_task] * 2 + [served]
     plan = iter(plan)
-    real = workers._Worker
+    real = workers.Worker
 
     def start(task):
-        monkeypatch.setattr(workers, "serve", next(plan))
+        monkeypatch.setattr(worker, "serve", next(plan))
         return real(task)
 
-    monkeypatch.setattr(workers, "_Worker", start)
+    monkeypatch.setattr(workers, "Worker", start)
     done = endings(Task(math.sqrt, (4.0,), owner="a"), Task(math.sqrt, (9.0,), owner="b"))
     assert done == [Returned(2.0), Returned(3.0)]
 
@@ -184,7 +186,8 @@ def test_an_exception_ends_the_workers_without_waiting_for_them():
 
 ORPHANS = """
 import sys, os, time
-from drake_navbench.processes.workers import Task, run_tasks
+from drake_navbench.processes.tasks import Task
+from drake_navbench.processes.workers import run_tasks
 
 def tell(): pass
 
@@ -207,7 +210,8 @@ def test_workers_do_not_outlive_their_caller(number):
 SCRIPT = """
 import os, sys
 print("here")
-from drake_navbench.processes.workers import Task, run_tasks
+from drake_navbench.processes.tasks import Task
+from drake_navbench.processes.workers import run_tasks
 for task, ending in run_tasks([Task(abs, (-3,)), Task(abs, (-4,))], jobs=2):
     print(ending.value)
 """
@@ -297,12 +301,12 @@ def test_urgent_tasks_come_before_kinds_that_nobody_has_timed():
 def test_the_next_task_is_found_as_quickly_among_many(monkeypatch):
     """Counted in looks at tasks: a campaign of 100,000 trials waits for its workers alone."""
     looks = []
-    urgency = workers._Waiting._urgency
+    urgency = WaitingTasks._urgency
     monkeypatch.setattr(
-        workers._Waiting, "_urgency", lambda self, task: looks.append(task) or urgency(self, task)
+        WaitingTasks, "_urgency", lambda self, task: looks.append(task) or urgency(self, task)
     )
     kinds = ("short", "long", "middling")
-    waiting = workers._Waiting([Task(time.sleep, (0.0,), kind=kinds[k % 3]) for k in range(3000)])
+    waiting = WaitingTasks([Task(time.sleep, (0.0,), kind=kinds[k % 3]) for k in range(3000)])
     taken = [waiting.take("") for _ in range(3000)]
     assert len(looks) <= 3 * 3000
     assert None not in taken

@@ -14,7 +14,8 @@ from drake_navbench.analysis.metrics.registry import measure_all
 from drake_navbench.commands.main import main
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.kernels.grid import LETHAL
-from drake_navbench.logs.log import LATERAL_COLUMNS, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.log_columns import LATERAL_COLUMNS
 from drake_navbench.logs.plans import Plan
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.trial.trial import run_trial

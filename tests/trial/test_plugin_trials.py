@@ -20,6 +20,13 @@ from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.navigation.behavior_tree.board import Board
+from drake_navbench.navigation.behavior_tree.description import (
+    NAVIGATE_THROUGH_POSES,
+    NAVIGATE_TO_POSE,
+)
+from drake_navbench.navigation.behavior_tree.navigators import navigator_tree
+from drake_navbench.navigation.behavior_tree.snapshot import nodes_of
 from drake_navbench.navigation.behaviors import make_behaviors
 from drake_navbench.navigation.task import TaskState
 from drake_navbench.trial.column_controller import make_controller
@@ -263,6 +270,24 @@ def test_a_node_without_a_place_in_the_tree_is_refused(installed):
     nodes = {"IsGoalNearbye": {"plugin": "theirs::Always"}}
     with pytest.raises(InputError, match=r"tree.IsGoalNearbye: found no place .*'IsGoalNearby'"):
         run_trial(task(robot_overrides={"navigation": {"behavior_tree": nodes}}), "rpp")
+
+
+@pytest.mark.parametrize("leaf", ["ComputePathToPose", "RemovePassedGoals"])
+def test_a_node_needs_a_place_in_the_tree_of_one_navigator_only(installed, leaf):
+    board = Board(*[None] * 4)
+    settings = task(
+        robot_overrides={"navigation": {"behavior_tree": {leaf: {"plugin": "theirs::Always"}}}}
+    ).load_robot("wheelchair")
+    places = {
+        mode: [
+            node.name
+            for node in nodes_of(navigator_tree(board, settings.navigation.behavior_tree, mode))
+            if type(node).__name__ == "Always"
+        ]
+        for mode in (NAVIGATE_TO_POSE, NAVIGATE_THROUGH_POSES)
+    }
+    only = NAVIGATE_TO_POSE if leaf == "ComputePathToPose" else NAVIGATE_THROUGH_POSES
+    assert places == {mode: [leaf] if mode == only else [] for mode in places}
 
 
 @pytest.mark.parametrize(

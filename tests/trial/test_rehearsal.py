@@ -15,7 +15,7 @@ from drake_navbench import run_trial
 from drake_navbench.analysis.metrics.compute import cycle_times_ms
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.scenario import load_scenario
-from drake_navbench.logs.log import UNREPEATABLE_COLUMNS
+from drake_navbench.logs.log_columns import UNREPEATABLE_COLUMNS
 from drake_navbench.trial.rehearsal import rehearse
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import simulate

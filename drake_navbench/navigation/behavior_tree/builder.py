@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from typing import Any
 
 from drake_navbench.navigation.behavior_tree.board import GOAL, GOALS, Board
-from drake_navbench.navigation.behavior_tree.control_nodes import TreeNode
 from drake_navbench.navigation.behavior_tree.description import (
     NAVIGATE_THROUGH_POSES,
     NAVIGATE_TO_POSE,
@@ -22,6 +21,7 @@ from drake_navbench.navigation.behavior_tree.node_attributes import (
     Variables,
 )
 from drake_navbench.navigation.behavior_tree.node_kinds import NODE_KINDS
+from drake_navbench.navigation.behavior_tree.tree_node import TreeNode
 
 # These nodes choose among plugins, of which only one is loaded here.
 SELECTORS = (

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from py_trees.common import Status
 
 from drake_navbench.navigation.behavior_tree.board import GOAL, PATH, Board
-from drake_navbench.navigation.behavior_tree.control_nodes import NANOSECOND_DIGITS, TreeNode
 from drake_navbench.navigation.behavior_tree.leaves import Leaf
+from drake_navbench.navigation.behavior_tree.tree_node import NANOSECOND_DIGITS, TreeNode
 
 # Nav2's `goal_reached_tol`, m.
 GOAL_TOLERANCE_M = 0.25

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from py_trees.common import Status
 
 from drake_navbench.navigation.behavior_tree.board import PATH, Board
-from drake_navbench.navigation.behavior_tree.control_nodes import TreeNode
+from drake_navbench.navigation.behavior_tree.tree_node import TreeNode
 from drake_navbench.navigation.task import (
     BehaviorGoal,
     ClearRequest,

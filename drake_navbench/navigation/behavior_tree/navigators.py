@@ -13,7 +13,6 @@ from pathlib import Path
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.navigation.behavior_tree.board import Board
 from drake_navbench.navigation.behavior_tree.builder import build_tree
-from drake_navbench.navigation.behavior_tree.control_nodes import ControlNode, TreeNode
 from drake_navbench.navigation.behavior_tree.description import (
     NAVIGATE_THROUGH_POSES,
     NAVIGATE_TO_POSE,
@@ -28,6 +27,7 @@ from drake_navbench.navigation.behavior_tree.settings import (
 )
 from drake_navbench.navigation.behavior_tree.snapshot import nodes_of
 from drake_navbench.navigation.behavior_tree.tree_file import read_tree_file
+from drake_navbench.navigation.behavior_tree.tree_node import ControlNode, TreeNode
 from drake_navbench.plugins.releases import Release
 
 FOLDER = Path(__file__).parent / "default_trees"
@@ -45,22 +45,35 @@ def navigator_tree(
 ) -> TreeNode:
     """Returns the root of the tree that settings choose; its leaves read and write `board`.
 
-    Raises InputError where a node that is not built in cannot be made, or has no place.
+    Raises InputError where a node that is not built in cannot be made, or has no place in the tree
+    of any navigator.
     """
-    own = next(getattr(settings, field) for field, of in NAVIGATOR_OF.items() if of == navigator)
-    root = build_tree(own or default_tree(settings, navigator), board, navigator)
+    root = build_tree(_description(settings, navigator), board, navigator)
     leaves = {node.name: node for node in nodes_of(root) if isinstance(node, Leaf)}
     for name in (*settings.plugin_blocks, *_other_actions(settings)):
         if name in leaves:
             parent = leaves[name].parent
             assert isinstance(parent, ControlNode)  # Every leaf has one.
             parent.replace_child(leaves[name], _own_node(name, board, settings))
-        elif name not in settings.recovery_actions:
+        elif name not in (*settings.recovery_actions, *_leaves_of_others(settings, navigator)):
             raise InputError(
                 f"navigation.behavior_tree.{name}: found no place for it, expected a name in "
                 f"recovery_actions or that of a leaf{nearest_name_hint(name, leaves)}"
             )
     return root
+
+
+def _description(settings: BehaviorTreeSettings, navigator: str) -> NodeDescription:
+    """Returns the tree of a navigator: the settings' own, else the default one."""
+    own = next(getattr(settings, field) for field, of in NAVIGATOR_OF.items() if of == navigator)
+    return own or default_tree(settings, navigator)
+
+
+def _leaves_of_others(settings: BehaviorTreeSettings, navigator: str) -> list[str]:
+    """Returns the names of the leaves in the trees of the other navigators."""
+    trees = [_description(settings, of) for of in NAVIGATOR_OF.values() if of != navigator]
+    nodes = [node for tree in trees for node in tree.iterate()]
+    return [node.name or node.node for node in nodes if not node.children]
 
 
 def default_tree(

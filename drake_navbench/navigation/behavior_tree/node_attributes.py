@@ -11,8 +11,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from drake_navbench.navigation.behavior_tree.board import PATH, Board
-from drake_navbench.navigation.behavior_tree.control_nodes import TreeNode
 from drake_navbench.navigation.behavior_tree.description import NodeDescription
+from drake_navbench.navigation.behavior_tree.tree_node import TreeNode
 from drake_navbench.typed_files.name_lists import name_lists
 
 # The attributes that say which plugin, server or variable a node uses, and how long it waits.

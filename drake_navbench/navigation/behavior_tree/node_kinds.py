@@ -22,32 +22,24 @@ from drake_navbench.navigation.behavior_tree.conditions import (
 )
 from drake_navbench.navigation.behavior_tree.control_nodes import (
     FallbackNode,
-    GoalUpdatedController,
     InverterNode,
     NonblockingSequence,
     PipelineSequence,
-    RateController,
     ReactiveFallbackNode,
     ReactiveSequenceNode,
     RecoveryNode,
     RoundRobinNode,
     SequenceNode,
-    TreeNode,
 )
 from drake_navbench.navigation.behavior_tree.decorators import (
     FOR_EVER,
-    ODOMETRY_WINDOW_S,
-    DistanceController,
     ForceFailure,
     ForceSuccess,
     GoalUpdater,
     KeepRunningUntilFailure,
-    PathLongerOnApproach,
     Repeat,
     RetryUntilSuccessful,
     SequenceWithMemory,
-    SingleTrigger,
-    SpeedController,
 )
 from drake_navbench.navigation.behavior_tree.leaves import (
     COMPUTE_PATH,
@@ -64,6 +56,15 @@ from drake_navbench.navigation.behavior_tree.leaves import (
     WouldRecoveryHelp,
 )
 from drake_navbench.navigation.behavior_tree.node_attributes import Attributes, NodeKind
+from drake_navbench.navigation.behavior_tree.pacing import (
+    ODOMETRY_WINDOW_S,
+    DistanceController,
+    GoalUpdatedController,
+    PathLongerOnApproach,
+    RateController,
+    SingleTrigger,
+    SpeedController,
+)
 from drake_navbench.navigation.behavior_tree.path_leaves import (
     ConcatenatePaths,
     TruncatePath,
@@ -76,6 +77,7 @@ from drake_navbench.navigation.behavior_tree.planning_leaves import (
     SmoothPath,
 )
 from drake_navbench.navigation.behavior_tree.pose_node_kinds import POSE_NODE_KINDS
+from drake_navbench.navigation.behavior_tree.tree_node import TreeNode
 
 COSTMAPS = ("local", "global")
 

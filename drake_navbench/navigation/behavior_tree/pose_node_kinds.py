@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from drake_navbench.kernels.grid import LETHAL
 from drake_navbench.navigation.behavior_tree.board import GOAL, GOALS, Board
 from drake_navbench.navigation.behavior_tree.conditions import ArePosesNear
-from drake_navbench.navigation.behavior_tree.control_nodes import TreeNode
 from drake_navbench.navigation.behavior_tree.goal_leaves import (
     AppendGoalPoseToGoals,
     GetCurrentPose,
@@ -18,6 +17,7 @@ from drake_navbench.navigation.behavior_tree.goal_leaves import (
     RemovePassedGoals,
 )
 from drake_navbench.navigation.behavior_tree.node_attributes import Attributes, NodeKind
+from drake_navbench.navigation.behavior_tree.tree_node import TreeNode
 
 
 def _goal_lists(a: Attributes) -> GoalLists:

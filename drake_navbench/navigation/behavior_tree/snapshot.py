@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from py_trees.common import Status
 
-from drake_navbench.navigation.behavior_tree.control_nodes import TreeNode
+from drake_navbench.navigation.behavior_tree.tree_node import TreeNode
 
 
 class Snapshot(NamedTuple):

@@ -13,8 +13,9 @@ from drake_navbench.errors import InputError, NavbenchError
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.logs.text_tables import csv_text
+from drake_navbench.processes.tasks import Task
 from drake_navbench.processes.worker_process import Raised, Returned
-from drake_navbench.processes.workers import Task, run_tasks, start_server
+from drake_navbench.processes.workers import run_tasks, start_server
 from drake_navbench.ros2.recordings.bag_file import write_bag
 from drake_navbench.ros2.recordings.messages import MessageMaker
 from drake_navbench.ros2.recordings.rosbags_extra import require_rosbags

@@ -14,8 +14,9 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from drake_navbench.errors import InputError, as_line
+from drake_navbench.processes.tasks import Task
 from drake_navbench.processes.worker_process import Raised, Returned
-from drake_navbench.processes.workers import Task, run_tasks, start_server
+from drake_navbench.processes.workers import run_tasks, start_server
 from drake_navbench.ros2.recordings.bag_files import BagFiles, size_of
 from drake_navbench.ros2.recordings.bag_source import BagSource, open_bag
 from drake_navbench.ros2.recordings.recorded_columns import Column, choose_topics, read_columns

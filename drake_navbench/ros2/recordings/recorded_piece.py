@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import LETHAL, Costmap
 from drake_navbench.kernels.scan import Scan
-from drake_navbench.logs.log import COLUMNS, LATERAL_COLUMNS, UNREPEATABLE_COLUMNS
+from drake_navbench.logs.log_columns import COLUMNS, LATERAL_COLUMNS, UNREPEATABLE_COLUMNS
 from drake_navbench.logs.plans import Plan
 from drake_navbench.ros2.recordings.decoded_messages import Beams, Cells, Poses
 from drake_navbench.ros2.recordings.occupancy import costs_from_occupancy

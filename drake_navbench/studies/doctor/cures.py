@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 from drake_navbench.nav2.controllers import SERVER
 from drake_navbench.nav2.nav2_setup import Nav2Setup
+from drake_navbench.nav2.node_names import BT_NAVIGATOR, PLANNER_SERVER
 from drake_navbench.nav2.patch import Place
-from drake_navbench.nav2.robot import BT_NAVIGATOR, PLANNER_SERVER
 from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.causes import COPIES, UNITS, Cause, Direction
 from drake_navbench.studies.doctor.facts import ALIASES, CONTROLLER, COSTMAPS, Facts

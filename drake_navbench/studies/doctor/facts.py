@@ -16,8 +16,9 @@ from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.nav2.controllers import SERVER
 from drake_navbench.nav2.costmaps import GLOBAL_COSTMAP, LOCAL_COSTMAP
+from drake_navbench.nav2.loadable import OLD_NODE
 from drake_navbench.nav2.nav2_setup import Nav2Setup
-from drake_navbench.nav2.release import BEFORE_HUMBLE, OLD_NODE, told_by
+from drake_navbench.nav2.release import BEFORE_HUMBLE, told_by
 from drake_navbench.plugins.releases import NEWEST_RELEASE, Release
 from drake_navbench.typed_files.dotted_names import flattened
 

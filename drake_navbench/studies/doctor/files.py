@@ -22,6 +22,7 @@ from drake_navbench.nav2.whole_files import (
     FileColumns,
     WholeFile,
     columns_of_files,
+    require_columns,
     robot_of_files,
 )
 from drake_navbench.studies.doctor.facts import Facts, facts_of
@@ -63,8 +64,8 @@ class Patient:
     @cached_property
     def _columns(self) -> FileColumns:
         file = WholeFile("before", self.paths)
-        (found,) = columns_of_files([file], self.robot, self.values, release=self.release)
-        return found
+        found = columns_of_files([file], self.robot, self.values, release=self.release)
+        return require_columns(found)[0]
 
     def chosen(self, columns: FileColumns) -> Preset:
         """Returns the column of the controller that is looked at; raises InputError."""
@@ -165,7 +166,7 @@ class Patient:
         text = self.patched_text(changes)
         release = self.release or str(self.facts().release)
         files = [WholeFile("before", self.paths), WholeFile("after", self.paths, text)]
-        return columns_of_files(files, self.robot, self.values, release=release)
+        return require_columns(columns_of_files(files, self.robot, self.values, release=release))
 
 
 def speed_asked(facts: Facts, robot: Robot) -> float:

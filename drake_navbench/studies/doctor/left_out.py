@@ -16,7 +16,8 @@ from drake_navbench.inputs.presets import Preset
 from drake_navbench.nav2.controllers import PLUGINS, NoCounterpart
 from drake_navbench.nav2.nav2_setup import Nav2Setup
 from drake_navbench.nav2.parameters import Parameter, Section
-from drake_navbench.nav2.robot import ReadFiles, read_sections, setup_of
+from drake_navbench.nav2.read_files import ReadFiles, read_sections
+from drake_navbench.nav2.robot import setup_of
 from drake_navbench.nav2.substitutions import Substitutions
 from drake_navbench.nav2.whole_files import robot_of_files
 from drake_navbench.studies.doctor.facts import Facts, facts_of, raw_name
@@ -64,6 +65,7 @@ def readable_setup(
     while True:
         try:
             setup = setup_of(read, base, robot, release=release)
+            setup.require_columns()
             return Readable(setup, tuple(told), _refused(whole, read))
         except InputError as error:
             lines = str(error).split("\n")

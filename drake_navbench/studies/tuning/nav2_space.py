@@ -17,7 +17,12 @@ from drake_navbench.inputs.presets import Preset
 from drake_navbench.nav2.controllers import SERVER
 from drake_navbench.nav2.differences import resolved_settings, why_without_effect
 from drake_navbench.nav2.patch import SHORT_NODES, Place, patched, place_of
-from drake_navbench.nav2.whole_files import FileColumns, WholeFile, columns_of_files
+from drake_navbench.nav2.whole_files import (
+    FileColumns,
+    WholeFile,
+    columns_of_files,
+    require_columns,
+)
 from drake_navbench.studies.tuning.search_space import (
     Dimension,
     SearchSpace,
@@ -46,7 +51,7 @@ class FileSpace(SearchSpace):
         assigned = ":".join(f"{name}={value}" for name, value in values.items())
         name = f"{self.baseline.name}:{assigned}" if values else self.baseline.name
         file = WholeFile(name, (self.path,), self.patched(values))
-        (columns,) = columns_of_files([file], self.robot)
+        (columns,) = require_columns(columns_of_files([file], self.robot))
         return _column(columns, self.plugin)
 
     def patched(self, values: Mapping[str, Any]) -> str:
@@ -81,7 +86,7 @@ def file_space(path: Path, plugin: str | None, robot: str, axes: Sequence[str]) 
     controller's own tuning.yaml.
     """
     text = read_text(path)
-    (columns,) = columns_of_files([WholeFile(path.stem, (path,), text)], robot)
+    (columns,) = require_columns(columns_of_files([WholeFile(path.stem, (path,), text)], robot))
     plugin = _chosen(columns, plugin)
     baseline = _column(columns, plugin)
     settings = resolved_settings(columns)

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
-from types import MappingProxyType
-from typing import Any, NamedTuple, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,9 +21,9 @@ from drake_navbench.controller import (
     SpeedLimit,
     memory_of_next_task,
 )
-from drake_navbench.errors import as_line, one_line
+from drake_navbench.errors import as_line
 from drake_navbench.explanation import ControlCycle
-from drake_navbench.inputs.navigation_settings import PATIENT_FOR_EVER, ControllerServerSettings
+from drake_navbench.inputs.navigation_settings import ControllerServerSettings
 from drake_navbench.inputs.timeline import SLACK_S, Timeline
 from drake_navbench.inputs.timing import TimingSettings
 from drake_navbench.kernels.grid import Costmap
@@ -44,6 +42,7 @@ from drake_navbench.trial.systems.controller_call import (
     checked_command,
     require_loggable,
 )
+from drake_navbench.trial.systems.controller_server_state import ServerState
 from drake_navbench.trial.systems.lifetime import weakly_bound
 from drake_navbench.trial.systems.ports import (
     COMMAND_SIZE,
@@ -54,51 +53,7 @@ from drake_navbench.trial.systems.ports import (
     value_or_none,
 )
 
-PATIENCE_EXCEEDED = 104
 FAILED_TO_MAKE_PROGRESS = 105
-CONTROLLER_TIMED_OUT = 107
-NANOSECOND_DIGITS = 9
-STANDSTILL = read_only(np.zeros(COMMAND_SIZE))
-
-
-class ServerState(NamedTuple):
-    """The state of the controller server.
-
-    command: (3,) last command published, v m/s, w rad/s, vy m/s. cycle_count: cycles computed so
-    far. compute_time_ms, compute_cpu_time_ms: wall-clock time of the last call of the controller,
-    and the time for which its thread had a processor. diagnostics: diagnostics of the controller in
-    that cycle.
-    waiting_since_s: when the wait for a current costmap began, None where there is none.
-    controller: the one that a listener has put in place of the server's own, None until then. Where
-    cycles take time: next_cycle_s: earliest start of the next cycle; command_due_s: when the
-    command is published; earlier_command: the command in force until then.
-    """
-
-    status: TaskStatus = TaskStatus()
-    plan_id: int = 0
-    path: Any = None
-    goal_check: Any = None
-    progress_check: Any = None
-    memory: Any = None
-    last_valid_time_s: float = 0.0
-    command: NDArray[np.float64] = STANDSTILL
-    cycle_count: int = 0
-    compute_time_ms: float = 0.0
-    compute_cpu_time_ms: float = 0.0
-    diagnostics: Mapping[str, Any] = MappingProxyType({})
-    waiting_since_s: float | None = None
-    controller: Controller | None = None
-    next_cycle_s: float = 0.0
-    command_due_s: float = 0.0
-    earlier_command: NDArray[np.float64] = STANDSTILL
-
-    def command_at(self, time_s: float) -> NDArray[np.float64]:
-        """Returns the command in force: the last one, unless its cycle is not over yet."""
-        return self.command if time_s >= self.command_due_s - SLACK_S else self.earlier_command
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
-        """Returns itself: a state never changes, so Drake's copies cost nothing."""
-        return self
 
 
 class ControllerServer(LeafSystem):
@@ -205,7 +160,7 @@ class ControllerServer(LeafSystem):
         try:
             new = self._advanced(context, server, plan, is_new_task=is_new_task)
         except PluginBroke as broken:
-            new = self._broken(server, plan.task_id, broken.error)
+            new = server.broken(plan.task_id, broken.error)
         new = self._with_compute_time(server, new, now_s)
         if new.status.state.is_final:
             new = new._replace(status=replace(new.status, time_s=now_s))
@@ -240,7 +195,7 @@ class ControllerServer(LeafSystem):
         if plan.plan_id != server.plan_id or is_new_task:
             server = self._take_plan(server, plan, context.get_time())
         if plan.cancel_requested and self._may_end(server):
-            return self._end(server, TaskState.CANCELED, 0, "canceled")
+            return server.ended(TaskState.CANCELED, 0, "canceled")
         return self._cycle_on_current_costmap(context, server, plan)
 
     def _driving(self, server: ServerState) -> Controller:
@@ -264,7 +219,7 @@ class ControllerServer(LeafSystem):
         request: ClearRequest | None = value_or_none(self._clear_port, context)
         is_old = request is not None and costmap is not None and costmap.stamp_s <= request.time_s
         if costmap is None or is_old or not costmap.is_current:
-            return self._wait_for_costmap(server, now_s)
+            return server.waiting_for_costmap(now_s, self._settings.costmap_update_timeout)
         seed = context.get_abstract_parameter(self.seed_parameter).get_value()
         step = round((now_s - self._offset_s) / self._period_s)
         if server.waiting_since_s is not None:
@@ -279,15 +234,6 @@ class ControllerServer(LeafSystem):
             noise_key=NoiseKey(seed, NoiseStream.CONTROLLER, step),
             map_from_odometry=value_or_none(self._map_port, context),
         )
-
-    def _wait_for_costmap(self, server: ServerState, now_s: float) -> ServerState:
-        """Keeps the last command while the costmap is not current, up to a limit; 0: no limit."""
-        since_s = now_s if server.waiting_since_s is None else server.waiting_since_s
-        timeout_s = self._settings.costmap_update_timeout
-        if timeout_s > 0.0 and round(now_s - since_s, NANOSECOND_DIGITS) > timeout_s:
-            reason = f"no current costmap for {now_s - since_s:.2f} s"
-            return self._end(server, TaskState.ABORTED, CONTROLLER_TIMED_OUT, reason)
-        return server._replace(waiting_since_s=since_s)
 
     def _cycle(
         self,
@@ -307,22 +253,19 @@ class ControllerServer(LeafSystem):
             global_plan = read_only(to_robot_frame(global_plan, *map_from_odometry))
             path = path._replace(plan=global_plan)
         try:
-            local_plan, path = self._path_handler.cut(path, pose, costmap)
+            local_plan, path = self._cut(path, global_plan, pose, costmap)
         except ControllerError as error:
-            if not self._cuts_plan or len(global_plan) == 0:
-                return self._end(server, TaskState.ABORTED, error.code, str(error))
-            # This controller's release has no path handler: the controller has its own rules.
-            local_plan = global_plan
+            return server.ended(TaskState.ABORTED, error.code, str(error))
         goal = global_plan[-1]
         goal_result = self._goal_checker.check(
             server.goal_check, pose=pose, goal=goal, twist=velocity, local_plan=local_plan
         )
         if goal_result.reached:
-            return self._end(server, TaskState.SUCCEEDED, 0, "goal reached")
+            return server.ended(TaskState.SUCCEEDED, 0, "goal reached")
         progress = self._progress_checker.check(server.progress_check, pose=pose, time_s=now_s)
         if not progress.made_progress:
-            return self._end(
-                server, TaskState.ABORTED, FAILED_TO_MAKE_PROGRESS, "failed to make progress"
+            return server.ended(
+                TaskState.ABORTED, FAILED_TO_MAKE_PROGRESS, "failed to make progress"
             )
         observation = Observation(
             time_s=now_s,
@@ -345,6 +288,18 @@ class ControllerServer(LeafSystem):
             path=path, goal_check=goal_result.state, progress_check=progress.state
         )
         return self._compute(server, observation)
+
+    def _cut(
+        self, path: Any, global_plan: NDArray[np.float64], pose: Any, costmap: Costmap
+    ) -> tuple[NDArray[np.float64], Any]:
+        """Returns the local plan and the path that is left; raises ControllerError."""
+        try:
+            return self._path_handler.cut(path, pose, costmap)
+        except ControllerError:
+            if not self._cuts_plan or len(global_plan) == 0:
+                raise
+            # This controller's release has no path handler: the controller has its own rules.
+            return global_plan, path
 
     def _take_plan(self, server: ServerState, plan: GlobalPlan, now_s: float) -> ServerState:
         """Returns the state at the start of a task, or with a path that preempts the one before."""
@@ -388,8 +343,16 @@ class ControllerServer(LeafSystem):
                 if error.memory is not None:
                     server = server._replace(memory=error.memory)
                 if isinstance(error, NoValidControl):
-                    return self._wait(server, error, observation.time_s, watch)
-                return self._end(server, TaskState.ABORTED, error.code, str(error), error.details)
+                    wall_ms, cpu_ms = watch.elapsed_ms()
+                    server = server._replace(
+                        cycle_count=server.cycle_count + 1,
+                        compute_time_ms=wall_ms,
+                        compute_cpu_time_ms=cpu_ms,
+                        diagnostics={"failure": as_line(str(error))},
+                    )
+                    patience_s = self._settings.failure_tolerance
+                    return server.without_control(error, observation.time_s, patience_s)
+                return server.ended(TaskState.ABORTED, error.code, str(error), error.details)
             wall_ms, cpu_ms = watch.elapsed_ms()
             command = checked_command(decision, moves_sideways=self._moves_sideways)
             require_loggable("diagnostics", decision.diagnostics)
@@ -413,47 +376,3 @@ class ControllerServer(LeafSystem):
     ) -> None:
         if self._on_cycle is not None:
             self._on_cycle(ControlCycle(observation, memory, command, failure))
-
-    def _wait(
-        self, server: ServerState, error: NoValidControl, now_s: float, watch: Stopwatch
-    ) -> ServerState:
-        """Stops for a cycle without control, or gives up where the patience has run out."""
-        wall_ms, cpu_ms = watch.elapsed_ms()
-        server = server._replace(
-            cycle_count=server.cycle_count + 1,
-            compute_time_ms=wall_ms,
-            compute_cpu_time_ms=cpu_ms,
-            diagnostics={"failure": as_line(str(error))},
-        )
-        tolerance_s = self._settings.failure_tolerance
-        if tolerance_s == 0.0:
-            return self._end(server, TaskState.ABORTED, error.code, str(error), error.details)
-        # ROS keeps time in whole nanoseconds; without rounding 0.32 - 0.02 may exceed 0.3.
-        waited_s = round(now_s - server.last_valid_time_s, NANOSECOND_DIGITS)
-        if tolerance_s != PATIENT_FOR_EVER and waited_s > tolerance_s:
-            reason = f"no valid control for {waited_s:.2f} s: {error}"
-            return self._end(server, TaskState.ABORTED, PATIENCE_EXCEEDED, reason, error.details)
-        return server._replace(command=STANDSTILL)
-
-    def _broken(self, server: ServerState, task_id: int, error: BaseException) -> ServerState:
-        """Returns the end of the task of a plugin that broke."""
-        ended = self._end(server, TaskState.ERROR, ControllerError.code, one_line(error))
-        text = "".join(traceback.format_exception(error))
-        return ended._replace(status=replace(ended.status, task_id=task_id, traceback=text))
-
-    @staticmethod
-    def _end(
-        server: ServerState,
-        state: TaskState,
-        code: int,
-        reason: str,
-        details: Mapping[str, Any] | None = None,
-    ) -> ServerState:
-        status = replace(
-            server.status,
-            state=state,
-            error_code=code,
-            reason=as_line(reason),
-            details=dict(details or {}),
-        )
-        return server._replace(status=status, command=STANDSTILL)

@@ -14,7 +14,7 @@ from pydrake.systems.framework import Context, LeafSystem, ValueProducer
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.poses import place_point
 from drake_navbench.kernels.scan import Scan
-from drake_navbench.logs.log import ODOMETRY_COLUMNS
+from drake_navbench.logs.log_columns import ODOMETRY_COLUMNS
 from drake_navbench.trial.systems.clearance import DISTANCE_COUNT
 from drake_navbench.trial.systems.diagnostics import (
     ARRAY_PERIOD_S,

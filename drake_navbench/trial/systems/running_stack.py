@@ -24,7 +24,7 @@ from drake_navbench.logs.plans import Plan
 from drake_navbench.navigation.costmaps.map_file import OccupancyMap
 from drake_navbench.navigation.costmaps.point_cloud import PointCloud
 from drake_navbench.navigation.task import GlobalPlan, Leg, TaskState, TaskStatus
-from drake_navbench.trial.systems.controller_server import ServerState
+from drake_navbench.trial.systems.controller_server_state import ServerState
 from drake_navbench.trial.systems.lifetime import weakly_bound
 from drake_navbench.trial.systems.ports import (
     COMMAND_SIZE,

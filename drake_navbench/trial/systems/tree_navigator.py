@@ -14,7 +14,6 @@ from drake_navbench.kernels.immutable import Immutable
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.logs.plans import Plan
 from drake_navbench.navigation.behavior_tree.board import GOALS, Blackboard, Board, TickInputs
-from drake_navbench.navigation.behavior_tree.control_nodes import TreeNode
 from drake_navbench.navigation.behavior_tree.description import (
     NAVIGATE_THROUGH_POSES,
     NAVIGATE_TO_POSE,
@@ -27,6 +26,7 @@ from drake_navbench.navigation.behavior_tree.snapshot import (
     restore,
     take_snapshot,
 )
+from drake_navbench.navigation.behavior_tree.tree_node import TreeNode
 from drake_navbench.navigation.mission import MissionFollower
 from drake_navbench.navigation.poses_follower import PosesFollower, PosesProgress
 from drake_navbench.navigation.task import GlobalPlan, TaskState, TaskStatus

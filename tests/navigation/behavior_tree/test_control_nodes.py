@@ -11,15 +11,15 @@ from drake_navbench.navigation.behavior_tree.control_nodes import (
     InverterNode,
     NonblockingSequence,
     PipelineSequence,
-    RateController,
     ReactiveFallbackNode,
     ReactiveSequenceNode,
     RecoveryNode,
     RoundRobinNode,
     SequenceNode,
-    TreeNode,
 )
+from drake_navbench.navigation.behavior_tree.pacing import RateController
 from drake_navbench.navigation.behavior_tree.snapshot import nodes_of, restore, take_snapshot
+from drake_navbench.navigation.behavior_tree.tree_node import TreeNode
 
 STATUS = {"S": Status.SUCCESS, "F": Status.FAILURE, "R": Status.RUNNING}
 LETTER = {status: letter for letter, status in STATUS.items()}

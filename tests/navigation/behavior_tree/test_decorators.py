@@ -21,20 +21,22 @@ from drake_navbench.navigation.behavior_tree.conditions import (
     TimeExpired,
 )
 from drake_navbench.navigation.behavior_tree.decorators import (
-    DistanceController,
     ForceFailure,
     ForceSuccess,
     KeepRunningUntilFailure,
-    PathLongerOnApproach,
     Repeat,
     RetryUntilSuccessful,
     SequenceWithMemory,
-    SingleTrigger,
-    SpeedController,
 )
 from drake_navbench.navigation.behavior_tree.description import NodeDescription
 from drake_navbench.navigation.behavior_tree.leaves import CancelControl
 from drake_navbench.navigation.behavior_tree.node_attributes import NotOurs
+from drake_navbench.navigation.behavior_tree.pacing import (
+    DistanceController,
+    PathLongerOnApproach,
+    SingleTrigger,
+    SpeedController,
+)
 from drake_navbench.navigation.behavior_tree.snapshot import nodes_of, restore, take_snapshot
 from drake_navbench.navigation.task import GlobalPlan
 

@@ -118,6 +118,19 @@ def test_a_class_that_only_another_release_has_is_found(facts):
     assert rule not in fired(facts("lyrical", **costmap))
 
 
+def test_a_class_in_a_block_that_nothing_lists_is_no_fault(facts):
+    layer = {"plugin": "nav2_costmap_2d::LegacyInflationLayer"}
+    costmap = {"local_costmap": {"plugins": [], "inflation_layer": layer}}
+    assert "class-of-another-release-local_costmap" not in fired(facts("humble", **costmap))
+
+
+def test_a_layer_with_a_slash_is_loaded_by_no_release(facts):
+    layer = {"plugin": "nav2_costmap_2d/InflationLayer"}
+    costmap = {"local_costmap": {"plugins": ["inflation_layer"], "inflation_layer": layer}}
+    told = "nav2_costmap_2d/InflationLayer (humble knows it as nav2_costmap_2d::InflationLayer)"
+    assert told in fired(facts("humble", **costmap))["not-loaded-local_costmap"]
+
+
 def test_a_library_that_the_navigator_loads_itself_is_found(facts):
     navigator = {"plugin_lib_names": ["nav2_spin_action_bt_node", "my_own_bt_node"]}
     found = facts("jazzy", bt_navigator=navigator)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 
+from drake_navbench.nav2.loadable import OLD_NODE
 from drake_navbench.nav2.node_reader import RENAMING
-from drake_navbench.nav2.release import OLD_NODE, READ_BEFORE_HUMBLE
+from drake_navbench.nav2.release import READ_BEFORE_HUMBLE
 from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.rules.rule import Rule, down, outside, put, up, upgrade

@@ -3,17 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import NamedTuple
+from typing import Any
 
-from drake_navbench.nav2.loadable import (
-    OLD,
-    PLUGIN,
-    fault_of_class,
-    faults_of_libraries,
-    loadable_name,
-)
-from drake_navbench.nav2.release import OLD_NODE
-from drake_navbench.nav2.robot import NESTED
+from drake_navbench.nav2.file_remarks import NESTED
+from drake_navbench.nav2.loadable import Slip, slips_of, told_of_libraries
 from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.facts import COSTMAPS, Facts
 from drake_navbench.studies.doctor.rules.rule import SURE, Rule, add, put
@@ -22,7 +15,7 @@ from drake_navbench.studies.doctor.symptoms import Symptom
 S = Symptom
 
 SOURCE = "nav2_util: get_plugin_type_param; the plugin descriptions of each release"
-# The place of a plugin's name by its package, the rest being the controllers'.
+# The place of a plugin's name by its package; those of others are found by their node.
 PLACES = {
     "nav2_amcl": "amcl.robot_model_type",
     "nav2_behaviors": "behavior_server.*.plugin",
@@ -37,6 +30,9 @@ NOT_LOADED: Mapping[str, Mapping[Symptom, float]] = {
     "behavior_server.*.plugin": {S.NO_START: SURE, S.NO_RECOVERY: SURE},
     "bt_navigator.*.plugin": {S.NO_START: SURE},
     "planner.plugin": {S.NO_START: SURE, S.PLANNER_FAILS: SURE},
+    "controller.plugin": {S.NO_START: SURE},
+    "global_costmap.plugins": {S.NO_START: SURE},
+    "local_costmap.plugins": {S.NO_START: SURE},
 }
 # The lists of plugins of servers -> the place of the types.
 LISTS = {
@@ -74,35 +70,28 @@ OWN_NAMES = frozenset(
 STARTED = ("collision_monitor", "docking_server")
 
 
-class Misspelt(NamedTuple):
-    """A plugin's name that the release does not load. place: of the cure. right: what it loads."""
-
-    name: str
-    place: str
-    right: str
-
-
-def _misspelt(f: Facts) -> Iterator[Misspelt]:
-    """Yields the names of plugins that the file's release loads by another spelling."""
+def _slips(f: Facts) -> Iterator[tuple[str, Slip]]:
+    """Yields the plugins that the file's release does not load, each with its node's name."""
+    nodes: dict[str, dict[str, Any]] = {}
     for raw, value in f.raw.items():
-        is_plugin = raw.endswith((".plugin", "robot_model_type"))
-        if not isinstance(value, str) or not is_plugin or _is_unread(f, raw, value):
-            continue
-        right = loadable_name(value, f.release)
-        found = PLUGIN.fullmatch(right)
-        if right != value and found is not None and found["package"] in PLACES:
-            yield Misspelt(value, PLACES[found["package"]], right)
+        node, _, name = raw.partition(".")
+        nodes.setdefault(node, {})[name] = value
+    unlisted = {place.rpartition("/")[2].replace(": ", ".") for place in f.unread}
+    for node, values in nodes.items():
+        for slip in slips_of(node, values, f.release, is_older=f.told.get("release") == "old"):
+            if f"{node}.{slip.parameter.partition('.')[0]}" not in unlisted:
+                yield node, slip
 
 
-def _is_unread(f: Facts, raw: str, value: str) -> bool:
-    """Tells whether the release reads no plugin's name there, or an older one than Humble does."""
-    is_of_old = f.told.get("release") == "old" and value in OLD
-    has_no_navigators = f.release is Release.HUMBLE and value.startswith("nav2_bt_navigator")
-    return is_of_old or has_no_navigators or raw.startswith(f"{OLD_NODE}.")
+def _misspelt_at(place: str) -> Callable[[Facts], list[Slip]]:
+    """Returns the function from facts to the names that the release spells otherwise."""
+
+    return lambda f: [s for node, s in _slips(f) if s.right and _place_of(node, s) == place]
 
 
-def _misspelt_at(place: str) -> Callable[[Facts], list[Misspelt]]:
-    return lambda f: [slip for slip in _misspelt(f) if slip.place == place]
+def _place_of(node: str, slip: Slip) -> str:
+    """Returns the place of a misspelt plugin's name, by its package or else by its node."""
+    return PLACES.get(slip.package, CLASSES_OF.get(node, ""))
 
 
 def _not_loaded(place: str, symptoms: Mapping[Symptom, float]) -> Rule:
@@ -119,7 +108,7 @@ def _not_loaded(place: str, symptoms: Mapping[Symptom, float]) -> Rule:
         lambda f: bool(slips(f)),
         seen,
         symptoms,
-        (put(place, lambda f: slips(f)[0].right),),
+        (put(place, lambda f: slips(f)[0].right) if place in PLACES.values() else put(place),),
         SOURCE,
         advice="write each name as it stands in brackets",
     )
@@ -127,13 +116,7 @@ def _not_loaded(place: str, symptoms: Mapping[Symptom, float]) -> Rule:
 
 def _absent(f: Facts, node: str) -> dict[str, str]:
     """Returns by name why the file's release lacks a class that a node's parameters name."""
-    named = {
-        value: fault_of_class(value, f.release)
-        for raw, value in f.raw.items()
-        if raw.startswith(f"{node}.") and raw.endswith(".plugin") and isinstance(value, str)
-        if not _is_unread(f, raw, value) and f"{raw.removesuffix('.plugin')}" not in f.unread
-    }
-    return {name: fault for name, fault in named.items() if fault}
+    return {s.name: s.fault for owner, s in _slips(f) if owner == node and not s.right}
 
 
 def _of_another_release(node: str, place: str) -> Rule:
@@ -153,19 +136,8 @@ def _of_another_release(node: str, place: str) -> Rule:
     )
 
 
-def _libraries(f: Facts) -> dict[str, str]:
-    value = f.raw.get("bt_navigator.plugin_lib_names")
-    names = [name for name in value if isinstance(name, str)] if isinstance(value, list) else []
-    return faults_of_libraries(names, f.release)
-
-
-def _told_libraries(f: Facts) -> str:
-    (name, fault), *others = _libraries(f).items()
-    more = f" (and {len(others)} more names are wrong)" if others else ""
-    return (
-        f"bt_navigator.plugin_lib_names lists {name}, which {fault}{more}: bt_navigator does not "
-        "start"
-    )
+def _libraries(f: Facts) -> str:
+    return told_of_libraries(f.raw.get("bt_navigator.plugin_lib_names"), f.release)
 
 
 def _without_block(f: Facts, listed_in: str) -> list[str]:
@@ -239,7 +211,7 @@ RULES = (
     Rule(
         "libraries-not-loaded",
         lambda f: bool(_libraries(f)),
-        _told_libraries,
+        lambda f: f"bt_navigator.plugin_lib_names {_libraries(f)}",
         {S.NO_START: SURE},
         (put("bt_navigator.plugin_lib_names"),),
         "nav2_bt_navigator: bt_navigator.cpp; nav2_behavior_tree: CMakeLists.txt",
