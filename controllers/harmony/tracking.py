@@ -4,7 +4,7 @@ A lethal cell is old after STILL_S, and so are all that it leads to over gaps of
 in a wall that comes into sight. Young cells in sight that are near each other are one thing, such
 as the legs of a person, which stands if one of them gets old. A thing is followed over updates of
 the costmap; its velocity is the slope of the least-squares line through its last places. One that
-surely moves goes on for COAST_S where updates do not show it.
+moves goes on for COAST_S where updates do not show it.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ BEHIND_CELLS, BESIDE_CELLS = 2.0, 0.75
 BODY_M, LARGEST_M, FEWEST_CELLS = 0.3, 1.5, 2
 # A thing is one that was expected within GATE_M m, and GATE_MPS m more for each second.
 GATE_M, GATE_MPS = 0.5, 1.0
-# What surely moves is expected for so long after the last update that shows it, s.
+# What is faster than SLOWEST_MPS is expected for so long after the last update that shows it, s.
 COAST_S = 0.7
 # A velocity needs FEWEST of the last MOST places. It is sure above SLOWEST_MPS, if the places are
 # within SPREAD_M of its line, in the root mean square, and the thing's rear, too, has moved by
@@ -85,7 +85,7 @@ def followed(tracks: Tracks | None, costmap: Costmap, position: Array) -> Tracks
     expected, unseen_s = moving_at(tracks, now_s), now_s - tracks.places[:, -1, 0]
     away = np.hypot(*np.moveaxis(centres[:, None] - expected[:, :2], 2, 0))
     away[away > GATE_M + GATE_MPS * unseen_s] = np.inf
-    is_kept = (expected[:, 5] > 0.0) & (unseen_s <= COAST_S)
+    is_kept = (np.hypot(*expected[:, 2:4].T) >= SLOWEST_MPS) & (unseen_s <= COAST_S)
     while np.min(away, initial=np.inf) < np.inf:
         new, same = np.unravel_index(np.argmin(away), away.shape)
         places[new, :-1] = tracks.places[same, 1:]

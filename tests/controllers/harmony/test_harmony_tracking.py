@@ -55,7 +55,7 @@ def hidden(*missing):
     return lambda t: () if round(t / MAP_PERIOD_S) in missing else (leg(2.5 - t, 0.1),)
 
 
-def test_who_surely_moves_goes_on_for_0_7_s_unseen():
+def test_who_moves_goes_on_for_0_7_s_unseen():
     # Seen at 0.2, 0.4 and 0.6 s, last at 1.9 m; at 1.2 s they are at 1.3 m, at 1.4 s it is 0.8 s.
     missing = (4, 5, 6, 7)
     (person,) = tracked(hidden(*missing), updates=7)
@@ -82,7 +82,7 @@ def test_who_is_seen_is_not_taken_for_one_who_was_hidden():
     assert other == pytest.approx([1.3, 0.6, -1.0, -0.75, 0.3, 1.0], abs=1e-9)
 
 
-def test_what_does_not_surely_move_is_lost_at_once():
+def test_what_is_not_known_to_move_is_lost_at_once():
     # Two places make no velocity; what stands is no longer expected either.
     assert len(tracked(hidden(3), updates=4)) == 0
     assert len(tracked(lambda t: (leg(2.0, 0.0),) if 0.1 < t < 0.7 else (), updates=5)) == 0
@@ -131,6 +131,15 @@ def test_a_wall_that_comes_into_sight_piece_by_piece_does_not_surely_move(gap_m)
 
     for updates in range(2, 9):
         assert not tracked(lambda t: wall(t) if t > 0.1 else (), updates)[:, 5].any()
+
+
+def test_posts_that_come_into_sight_one_by_one_do_not_surely_move():
+    # One after 0.2 s, the next one 0.7 m farther when the first is old, 0.8 s later.
+    def posts(time_s):
+        return [leg(2.0, 0.7 * k) for k in range(3) if time_s > 0.1 + 0.8 * k]
+
+    for updates in range(2, 14):
+        assert not tracked(posts, updates)[:, 5].any()
 
 
 def test_one_cell_alone_is_no_thing():
