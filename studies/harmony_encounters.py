@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -33,6 +33,7 @@ from scipy import stats
 
 from drake_navbench import run_trial
 from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.inputs.world import Wall
 from drake_navbench.logs.log import Outcome, TrialLog
 
 WALKING_MPS = (1.0, 1.4)
@@ -46,7 +47,6 @@ MAPS = {"clearing": CLEARED, "nav2": {}}
 HALL_M, HALL_X, SIDES = 9.6, 2.4, 16
 ANGLES = 2.0 * math.pi * (np.arange(SIDES) + 0.5) / SIDES
 ROOMS = {
-    "none": None,
     "hall": np.column_stack([HALL_X + HALL_M * np.cos(ANGLES), HALL_M * np.sin(ANGLES)]),
     "ward": np.array([[-6.5, -3.5], [11.9, -3.5], [11.9, 3.5], [-6.5, 3.5]]),
 }
@@ -79,32 +79,10 @@ class Met(NamedTuple):
         return self.touches and abs(self.v_mps) <= REST_MPS and abs(self.w_radps) <= REST_RADPS
 
 
-def walls(room: NDArray[np.float64] | None) -> list[dict[str, Any]]:
-    """Returns the walls between the corners (K, 2) m of a room."""
-    if room is None:
-        return []
-    ends = zip(room.tolist(), np.roll(room, -1, axis=0).tolist(), strict=True)
-    return [{"type": "wall", "start": start, "end": end} for start, end in ends]
-
-
-def is_inside(room: NDArray[np.float64] | None, place: NDArray[np.float64]) -> bool:
-    """Returns whether a place (2,) m is inside a room, WALL_M and more from its walls."""
-    if room is None:
-        return True
-    return bool(shapely.Polygon(room).buffer(-WALL_M).covers(shapely.Point(place)))
-
-
-def encounter(
-    seed: int,
-    number: int,
-    count: int,
-    walking_mps: float,
-    room: NDArray[np.float64] | None = None,
-) -> tuple[float, Scenario | None]:
+def encounter(seed: int, number: int, count: int, walking_mps: float) -> tuple[float, Scenario]:
     """Returns the bearing, rad, and the scenario of an encounter of `count`, spread over sides.
 
-    The person walks straight to a point that a robot that drives on would cover then. There is no
-    scenario if they would begin outside of the room.
+    The person walks straight to a point that a robot that drives on would cover then.
     """
     random = np.random.default_rng((49, seed, number))
     bearing = 2.0 * math.pi * (number + random.uniform()) / count - math.pi
@@ -114,8 +92,6 @@ def encounter(
     whence = np.array([math.cos(bearing), math.sin(bearing)])
     start = meeting + walking_mps * (meet_s - STEP_OFF_S) * whence
     goal = meeting - walking_mps * WALKS_ON_S * whence
-    if not is_inside(room, start):
-        return bearing, None
     person = {
         "start": start.tolist(),
         "yaw_rad": math.remainder(bearing + math.pi, 2.0 * math.pi),
@@ -127,11 +103,28 @@ def encounter(
     return bearing, Scenario(
         name="encounter",
         description="Somebody walks on to where the robot will be",
-        world={"obstacles": walls(room), "people": {"persons": [person]}},
+        world={"people": {"persons": [person]}},
         plan={"type": "polyline", "points": [[0.0, 0.0], [9.0, 0.0]]},
         goal=(9.0, 0.0, 0.0),
         timeout_s=meet_s + WALKS_ON_S,
     )
+
+
+def in_room(scenario: Scenario, room: NDArray[np.float64] | None) -> Scenario | None:
+    """Returns an encounter between the walls of a room, whose corners (K, 2) are in m, if any.
+
+    None if the person begins outside or too near to a wall.
+    """
+    if room is None:
+        return scenario
+    assert scenario.world.people is not None
+    start = shapely.Point(scenario.world.people.persons[0].start)
+    if not shapely.Polygon(room).buffer(-WALL_M).covers(start):
+        return None
+    ends = zip(room.tolist(), np.roll(room, -1, axis=0).tolist(), strict=True)
+    walls = [Wall(type="wall", start=start, end=end) for start, end in ends]
+    world = scenario.world.model_copy(update={"obstacles": walls})
+    return scenario.model_copy(update={"world": world})
 
 
 def met(bearing_rad: float, log: TrialLog) -> Met:
@@ -169,15 +162,14 @@ def main() -> None:
     parser.add_argument("--walking", type=float, nargs="+", default=WALKING_MPS, metavar="MPS")
     parser.add_argument("--controller", default=f"{OURS}:{OPTION}=true")
     parser.add_argument("--map", choices=MAPS, default="clearing")
-    parser.add_argument("--room", choices=ROOMS, default="none")
+    parser.add_argument("--room", choices=ROOMS)
     arguments = parser.parse_args()
     for walking_mps in arguments.walking:
         found: list[Met] = []
         order = np.random.default_rng((49, arguments.seed)).permutation(arguments.count)
         for number in order.tolist():
-            bearing, scenario = encounter(
-                arguments.seed, number, arguments.count, walking_mps, ROOMS[arguments.room]
-            )
+            bearing, outdoors = encounter(arguments.seed, number, arguments.count, walking_mps)
+            scenario = in_room(outdoors, ROOMS.get(arguments.room))
             if scenario is None:
                 continue
             scenario = scenario.model_copy(update={"robot_overrides": MAPS[arguments.map]})
