@@ -2,9 +2,8 @@
 
 A lethal cell is old after STILL_S, and so are all that it leads to over gaps of up to two cells, as
 in a wall that comes into sight. Young cells in sight that are near each other are one thing, such
-as the legs of a person, which stands if one of them gets old. A thing is followed over updates of
-the costmap; its velocity is the slope of the least-squares line through its last places. One that
-moves goes on for COAST_S where updates do not show it.
+as the legs of a person, which stands if one of them gets old. A thing is followed over updates, for
+COAST_S unseen; its velocity is the slope of the least-squares line through its last places.
 """
 
 from __future__ import annotations
@@ -33,10 +32,9 @@ BEHIND_CELLS, BESIDE_CELLS = 2.0, 0.75
 # Least radius, of a body around the legs that a low lidar sees, and largest width of a thing, m. A
 # single cell is no thing: a wall that the beams graze comes into sight so.
 BODY_M, LARGEST_M, FEWEST_CELLS = 0.3, 1.5, 2
-# A thing is one that was expected within GATE_M m, and GATE_MPS m more for each second.
-GATE_M, GATE_MPS = 0.5, 1.0
-# What is faster than SLOWEST_MPS is expected for so long after the last update that shows it, s.
-COAST_S = 0.7
+# A thing is one that was expected within GATE_M m, and GATE_MPS m more for each second. Faster than
+# SLOWEST_MPS it is expected for COAST_S after the last update that shows it.
+GATE_M, GATE_MPS, COAST_S = 0.5, 1.0, 0.7
 # A velocity needs FEWEST of the last MOST places. It is sure above SLOWEST_MPS, if the places are
 # within SPREAD_M of its line, in the root mean square, and the thing's rear, too, has moved by
 # REAR_M: what comes into sight grows, and its rear stands.
