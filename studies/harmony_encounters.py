@@ -113,17 +113,22 @@ def encounter(seed: int, number: int, count: int, walking_mps: float) -> tuple[f
 def in_room(scenario: Scenario, room: NDArray[np.float64] | None) -> Scenario | None:
     """Returns an encounter between the walls of a room, whose corners (K, 2) are in m, if any.
 
-    None if the person begins outside or too near to a wall.
+    None if the person begins outside or too near to a wall; their way ends as near to one.
     """
     if room is None:
         return scenario
-    assert scenario.world.people is not None
-    start = shapely.Point(scenario.world.people.persons[0].start)
-    if not shapely.Polygon(room).buffer(-WALL_M).covers(start):
+    people = scenario.world.people
+    assert people is not None
+    (person,) = people.persons
+    free = shapely.Polygon(room).buffer(-WALL_M)
+    if not free.covers(shapely.Point(person.start)):
         return None
+    way = free.intersection(shapely.LineString([person.start, person.goals[0]]))
+    person = person.model_copy(update={"goals": [way.coords[-1]]})
     ends = zip(room.tolist(), np.roll(room, -1, axis=0).tolist(), strict=True)
     walls = [Wall(type="wall", start=start, end=end) for start, end in ends]
-    world = scenario.world.model_copy(update={"obstacles": walls})
+    people = people.model_copy(update={"persons": [person]})
+    world = scenario.world.model_copy(update={"obstacles": walls, "people": people})
     return scenario.model_copy(update={"world": world})
 
 
