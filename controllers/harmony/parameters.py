@@ -110,8 +110,7 @@ class HarmonyParameters(ControllerParameters):
     stop_for_moving: bool = Field(
         False,
         description="Brake at the last moment before something that moves in the local costmap "
-        "would touch the robot on its straight way; needs obstacle layers whose beams without a "
-        "hit clear cells (inf_is_valid).",
+        "touches the robot; in the open this needs costmaps with inf_is_valid for the scan.",
     )
     tracking_error: Length = Field(
         0.005, ge=0.0, description="Bound of the base's deviation from its predicted motion [m]."

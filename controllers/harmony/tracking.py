@@ -2,8 +2,8 @@
 
 A lethal cell is old after STILL_S, and so are all that it leads to over gaps of up to two cells, as
 in a wall that comes into sight. Young cells in sight that are near each other are one thing, such
-as the legs of a person, which stands if one of them gets old. A thing is followed over updates of
-the costmap; its velocity is the slope of the least-squares line through its last places.
+as the legs of a person, which stands if one of them gets old. A thing is followed over updates, for
+COAST_S unseen; its velocity is the slope of the least-squares line through its last places.
 """
 
 from __future__ import annotations
@@ -32,8 +32,9 @@ BEHIND_CELLS, BESIDE_CELLS = 2.0, 0.75
 # Least radius, of a body around the legs that a low lidar sees, and largest width of a thing, m. A
 # single cell is no thing: a wall that the beams graze comes into sight so.
 BODY_M, LARGEST_M, FEWEST_CELLS = 0.3, 1.5, 2
-# A thing is one that was expected within GATE_M m, and GATE_MPS m more for each second.
-GATE_M, GATE_MPS = 0.5, 1.0
+# A thing is one that was expected within GATE_M m, and GATE_MPS m more for each second. Faster than
+# SLOWEST_MPS it is expected for COAST_S after the last update that shows it.
+GATE_M, GATE_MPS, COAST_S = 0.5, 1.0, 0.7
 # A velocity needs FEWEST of the last MOST places. It is sure above SLOWEST_MPS, if the places are
 # within SPREAD_M of its line, in the root mean square, and the thing's rear, too, has moved by
 # REAR_M: what comes into sight grows, and its rear stands.
@@ -45,7 +46,7 @@ class Tracks(NamedTuple):
 
     since_s: (rows, columns) when each cell became lethal, inf if it is not, -inf if it is old.
     places: (T, MOST, 5) time s and box (least x, y, largest x, y) m of each thing, newest last, NaN
-    where there were fewer.
+    where there were fewer. The newest is older than the costmap where that does not show the thing.
     """
 
     costmap: Costmap
@@ -79,13 +80,15 @@ def followed(tracks: Tracks | None, costmap: Costmap, position: Array) -> Tracks
     places = np.full((len(boxes), MOST, 5), np.nan)
     places[:, -1, 0], places[:, -1, 1:] = now_s, boxes
     centres = 0.5 * (boxes[:, :2] + boxes[:, 2:])
-    expected = moving_at(tracks, now_s)[:, :2]
-    away = np.hypot(*np.moveaxis(centres[:, None] - expected, 2, 0))
-    away -= GATE_M + GATE_MPS * (now_s - tracks.places[:, -1, 0])
-    while away.size and np.min(away) <= 0.0:
+    expected, unseen_s = moving_at(tracks, now_s), now_s - tracks.places[:, -1, 0]
+    away = np.hypot(*np.moveaxis(centres[:, None] - expected[:, :2], 2, 0))
+    away[away > GATE_M + GATE_MPS * unseen_s] = np.inf
+    is_kept = (np.hypot(*expected[:, 2:4].T) >= SLOWEST_MPS) & (unseen_s <= COAST_S)
+    while np.min(away, initial=np.inf) < np.inf:
         new, same = np.unravel_index(np.argmin(away), away.shape)
         places[new, :-1] = tracks.places[same, 1:]
-        away[new, :], away[:, same] = np.inf, np.inf
+        away[new, :], away[:, same], is_kept[same] = np.inf, np.inf, False
+    places = np.concatenate([places, tracks.places[is_kept]])
     return Tracks(costmap, read_only(since_s), read_only(places))
 
 

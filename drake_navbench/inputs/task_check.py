@@ -202,9 +202,9 @@ def warn_of_column(preset: Preset, robot: Robot) -> None:
 
 
 def _warn_of_kept_cells(preset: Preset, robot: Robot) -> None:
-    """Warns where a controller looks for motion in a local costmap that keeps what has left.
+    """Warns where a controller looks for motion in a local costmap that may keep what has left.
 
-    A beam without a hit then clears no cells, as with Nav2's default.
+    With Nav2's default only beams that end at a wall clear cells.
     """
     if not getattr(preset.parameters, STOPS_FOR_MOVING, False):
         return
@@ -217,9 +217,9 @@ def _warn_of_kept_cells(preset: Preset, robot: Robot) -> None:
             clears = source.clearing and source.inf_is_valid
             if source.data_type == "LaserScan" and not clears:
                 warnings.warn(
-                    f"controller {preset.name}: {STOPS_FOR_MOVING} does not see what moves, as "
-                    f"beams without a hit clear no cells; set {layer}.{name}.inf_is_valid and "
-                    "clearing to true in both costmaps",
+                    f"controller {preset.name}: {STOPS_FOR_MOVING} sees what moves only in rooms, as "
+                    f"beams without a hit clear no cells; for the open set {layer}.{name}."
+                    "inf_is_valid and clearing to true in both costmaps",
                     InputWarning,
                     stacklevel=3,
                 )

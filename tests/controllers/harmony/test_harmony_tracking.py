@@ -50,6 +50,44 @@ def test_feet_that_step_by_turns_are_one_body():
     assert person == pytest.approx([1.5, 0.0, -1.0, 0.0, 0.3, 1.0], abs=1e-9)
 
 
+def hidden(*missing):
+    """The legs of somebody at 2.5 m - 1 m/s t, but for some updates of the map."""
+    return lambda t: () if round(t / MAP_PERIOD_S) in missing else (leg(2.5 - t, 0.1),)
+
+
+def test_who_moves_goes_on_for_0_7_s_unseen():
+    # Seen at 0.2, 0.4 and 0.6 s, last at 1.9 m; at 1.2 s they are at 1.3 m, at 1.4 s it is 0.8 s.
+    missing = (4, 5, 6, 7)
+    (person,) = tracked(hidden(*missing), updates=7)
+    assert person == pytest.approx([1.3, 0.1, -1.0, 0.0, 0.3, 1.0], abs=1e-9)
+    assert len(tracked(hidden(*missing), updates=8)) == 0
+
+
+def test_who_is_seen_again_is_the_one_that_was_expected():
+    # Not seen at 0.8 and 1.0 s: at 1.2 s the velocity is known at once, and nobody is left behind.
+    (person,) = tracked(hidden(4, 5), updates=7)
+    assert person == pytest.approx([1.3, 0.1, -1.0, 0.0, 0.3, 1.0], abs=1e-9)
+
+
+def test_who_is_seen_is_not_taken_for_one_who_was_hidden():
+    # One comes along y = 0; another nears this line and is hidden from 0.8 s on. At 1.2 s the first
+    # one is at y = 0.25 m; 0.35 m from there the other one is expected, within 0.5 + 0.6 m.
+    def two(time_s):
+        first = leg(2.5 - time_s, 0.25 if time_s > 1.1 else 0.0)
+        return (first,) if time_s > 0.7 else (first, leg(2.5 - time_s, 1.5 - 0.75 * time_s))
+
+    first, other = tracked(two, updates=7)
+    # Least squares of five places at 0 and one at 0.25 m: 0.25 * 0.5 / 0.7 m/s.
+    assert first[2:4] == pytest.approx([-1.0, 0.125 / 0.7])
+    assert other == pytest.approx([1.3, 0.6, -1.0, -0.75, 0.3, 1.0], abs=1e-9)
+
+
+def test_what_is_not_known_to_move_is_lost_at_once():
+    # Two places make no velocity; what stands is no longer expected either.
+    assert len(tracked(hidden(3), updates=4)) == 0
+    assert len(tracked(lambda t: (leg(2.0, 0.0),) if 0.1 < t < 0.7 else (), updates=5)) == 0
+
+
 def test_what_stands_from_the_first_map_on_is_no_thing():
     assert len(tracked(lambda t: (leg(2.0, 0.0),))) == 0
 
