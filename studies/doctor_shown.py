@@ -47,6 +47,8 @@ shows nothing; it is 0.05 m/s since):
   The known complaints decide, the blind ones are told beside them. An end of the time ends it.
 - *Then* whole visits of those that are shown, in the order of KNOWN, as many as the time allows.
 - *Expected.* 4 of 16 known, 2 of 8 blind; controls 20%.
+- *Departure*, after P40, the seventh complaint, of which none was shown (nor any of seven
+  controls), for want of time: no more controls, and no blind complaints before the known ones.
 """
 
 from __future__ import annotations
@@ -83,6 +85,7 @@ BLIND = (
     *("P04", "P15", "P42", "F10", "F15", "F34", "H07", "H08"),
     *("J10", "P25", "P06", "P08", "H03", "H10", "J02", "F24"),
 )
+WITH_CONTROLS = 7
 SOUND = ("rpp", "dwb", "graceful")
 LEFT_OUT = {
     "G01": "servers that answer late: the computer",
@@ -162,8 +165,9 @@ def assume(files: Path, out: Path) -> None:
             later = [c.symptom_class for c, _ in group[number:] + group[:number]]
             other = next(symptom for symptom in later if symptom != asked)
             patient = patient_of(case, files, robot)
-            _assume_each(case.id, patient, robot, {asked: "asked", other: "control"}, out / case.id)
-        if group is groups[0]:
+            classes = {asked: "asked"} | ({other: "control"} if number < WITH_CONTROLS else {})
+            _assume_each(case.id, patient, robot, classes, out / case.id)
+        if group is groups[0] and len(group) < WITH_CONTROLS:
             classes = {c.symptom_class: "control" for c, _ in group}
             for name in SOUND:
                 folder = out / f"sound_{name}"
