@@ -27,17 +27,16 @@ def driven_on(
 
     None of a way that is closed: there the robot is to give up.
     """
+    patience_s = facts.number("progress_checker.movement_time_allowance", 10.0)
+    time_s = min(LONGEST_S + patience_s + AFTER_S, MOST_S)
     ended = {probe_of(row) for row in rows if row["outcome"] == Outcome.TIMED_OUT}
     return {
-        name: with_patience(probe, facts)
+        name: probe.model_copy(
+            update={
+                "timeout_s": time_s,
+                "description": f"{probe.description}, driven on to {time_s:g} s",
+            }
+        )
         for name, probe in probes.items()
         if name in ended and probe.expected_outcome != "aborted"
     }
-
-
-def with_patience(probe: Scenario, facts: Facts) -> Scenario:
-    """Returns a probe that lasts until the progress checker's patience ends."""
-    patience_s = facts.number("progress_checker.movement_time_allowance", 10.0)
-    time_s = min(LONGEST_S + patience_s + AFTER_S, MOST_S)
-    told = f"{probe.description}, driven on to {time_s:g} s"
-    return probe.model_copy(update={"timeout_s": time_s, "description": told})

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studies.doctor.change import Judged, best_of, judge
-from drake_navbench.studies.doctor.conditions import Condition, conditions_for, under
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.differences import ways_back, with_differences
 from drake_navbench.studies.doctor.driven_on import driven_on
@@ -72,9 +71,8 @@ class Visit:
     seen: by symptom, the probes that show it in at least half of their seeds. treated: the symptom
     whose causes were tried; None if none was seen. rare: symptoms that are too rare to try causes;
     if all are, the first is called treated. bar: severity from which on a trial counts as showing
-    it; below 1 the sign is weak. assumed: where no probe shows what was asked for, the conditions
-    under which it is shown, the first of which the treatment assumes. around: the user's map, base
-    and computer. proposed: the user's own changes, tried before all. seed: of the first look.
+    it; below 1 the sign is weak. around: the user's map, base and computer. proposed: the user's
+    own changes, tried before all. seed: of the first look.
     """
 
     facts: Facts
@@ -85,7 +83,6 @@ class Visit:
     treated: Symptom | None = None
     rare: dict[Symptom, Rarity] = field(default_factory=dict)
     bar: float = 1.0
-    assumed: list[Condition] = field(default_factory=list)
     suspicions: list[Suspicion] = field(default_factory=list)
     tried: list[Tried] = field(default_factory=list)
     judged: list[Judged] = field(default_factory=list)
@@ -221,8 +218,6 @@ def _treat(found: Visit, patient: Patient, words: str, driver: Driver, *, seed: 
         milder = MILDER.get(found.asked)
         if milder is not None and found.asked not in found.seen:
             _see(found, milder, 0.5, WEAK)
-        if not _to_treat(found):
-            assume_for(found, patient, driver, seed=seed)
     for symptom in _to_treat(found):
         found.treated = symptom
         showing = _most_severe(found, symptom)
@@ -268,39 +263,6 @@ def _drive_on(found: Visit, patient: Patient, driver: Driver, *, seed: int) -> N
         found.rows = [row for row in found.rows if probe_of(row) not in probes] + rows
         found.seen = seen_in(found.rows)
         _see(found, Symptom.FALSE_ABORT, 1e-9, 1.0)
-
-
-def assume_for(found: Visit, patient: Patient, driver: Driver, *, seed: int) -> None:
-    """Drives the probes made for what was asked for under one condition after another.
-
-    A condition shows it if all trials of a probe do. The one that shows it in most probes is
-    assumed from now on, and its probes are treated; the others stay as they were.
-    """
-    assert found.asked is not None
-    columns = patient.columns()
-    robot, preset = columns.setup.robot, patient.chosen(columns)
-    conditions = conditions_for(robot, found.facts, found.around.overrides)
-    of = [under(c, found.asked, found.probes, found.facts) for c in conditions]
-    every = {name: probe for own in of for name, probe in own.items()}
-    if not every:
-        return
-    driver.tell(
-        f"no probe shows {found.asked}: driving {len(every)} trials under "
-        f"{sum(map(bool, of))} assumptions on the robot: {driver.told_time(len(every))}"
-    )
-    rows = driver.drive(preset, list(every.values()), 1, seed=seed)
-    once = seen_in(rows).get(found.asked, [])
-    rows = driver.drive(preset, [every[n] for n in once], FIRST_SEEDS, seed=seed) if once else []
-    showing = seen_in(rows, share=1.0).get(found.asked, [])
-    counts = [sum(name in own for name in showing) for own in of]
-    ranked = sorted(zip(counts, conditions, of, strict=True), key=lambda entry: -entry[0])
-    found.assumed = [condition for count, condition, _ in ranked if count]
-    if found.assumed:
-        names = [name for name in showing if name in ranked[0][2]]
-        found.probes = {**found.probes, **{name: every[name] for name in names}}
-        found.rows = found.rows + [row for row in rows if probe_of(row) in names]
-        found.seen[found.asked] = names
-        driver.tell(f"assumed from here on: {found.assumed[0].told}")
 
 
 def _try_causes(

@@ -8,7 +8,6 @@ from drake_navbench.nav2.controllers import SERVER
 from drake_navbench.nav2.patch import Place
 from drake_navbench.studies.doctor.causes import Cause
 from drake_navbench.studies.doctor.change import Judged
-from drake_navbench.studies.doctor.conditions import told as told_conditions
 from drake_navbench.studies.doctor.cures import Trial, told_with_step
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
 from drake_navbench.studies.doctor.told import told_blindness, told_failures
@@ -40,9 +39,7 @@ def _verdict(visit: Visit) -> str:
         return _nothing_seen(visit)
     weak = "" if visit.bar == 1.0 else f"there is a weak sign ({visit.bar:.0%} of the threshold): "
     what = f"In {_probes(visit, visit.treated)} {weak}the robot {LOOKS_LIKE[visit.treated]}."
-    if visit.assumed:
-        what = f"No probe shows {visit.asked}. {told_conditions(visit.assumed)} {what}"
-    elif visit.asked not in (None, visit.treated, *visit.rare):
+    if visit.asked not in (None, visit.treated, *visit.rare):
         what = f"No probe shows {visit.asked}. {what}"
     rare = "".join(f" {_rare_told(symptom, rarity)}" for symptom, rarity in visit.rare.items())
     if visit.treated in visit.rare:
@@ -75,7 +72,7 @@ def _verdict(visit: Visit) -> str:
 
 
 def _nothing_seen(visit: Visit) -> str:
-    if not visit.rows:
+    if _is_unfinished(visit):
         return "The visit ended before the probes were driven; the rules' findings stand below."
     if visit.asked is None:
         return "Nothing to improve: no probe shows a symptom."
