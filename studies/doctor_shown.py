@@ -29,7 +29,8 @@ constant of 0.4 s, commands 0.3 s late, cycles of two periods, scans 0.3 s old, 
 a body 5 cm larger, a path that begins at a right angle), shown if both seeds of a probe are above
 the threshold. They would have stayed if they had shown a quarter of the complaints and twice the
 share of the controls. Of 16 known complaints 14 were driven and two shown: G02 by the wheels, J16
-by the cycles, of which today's detector, since then by half widths, sees 80% without any condition.
+by the cycles, of which today's detector, since then by half widths, sees 80% without any condition
+(a whole visit of J16, 15 min on a quarter of a core: seen in two probes, 36 changes, none shown).
 None of 7 controls, files with another's complaint, is shown; one of these (F37 with the class of
 F39) is a complaint itself. P31, P33 and the blind complaints were not driven, for want of time.
 """
