@@ -3,10 +3,9 @@
     python studies/harmful_faults.py census DIR    which faults do harm, and how strong they must be
     python studies/harmful_faults.py visit DIR     whole visits of the harmful ones
     python studies/harmful_faults.py both DIR 2032 in turn: some of the census, then the visits
-    python studies/harmful_faults.py again DIR     once more those that missed a goal
     python studies/planted_faults_page.py          docs/doctor_planted_faults.md
 
-All go on where they were stopped. `planted_faults_driven.py` drew faults of which 13 of 14 do no
+Both go on where they were stopped. `planted_faults_driven.py` drew faults of which 13 of 14 do no
 harm in any probe, so that its goals were judged on one fault. Here a fault is made stronger until
 it does harm. Written before anything was driven:
 
@@ -195,13 +194,6 @@ it does harm. Written before anything was driven:
   not visited. *Expected*: first 75%, gone 80%, of these nothing worse 90%, nothing worse than in
   the sound file 95%; the likeliest abnormal value alone 75%; four to eight visits, so that no goal
   is shown or refuted.
-- *Once more*, written before any of it was driven: the doctor of today visits the fourteen faults
-  whose visits missed a goal, since what they had missed was mended after each. Not blind: each miss
-  was known when the doctor was changed, so these visits tell whether the mends work, and count
-  apart. Order: that of the page, those of MPPI last; the two whose harm was chance
-  (`PathDist.scale`, `GoalDist.scale`) and the one whose radius is the robot's body are left out,
-  which no mend reaches. Each from an empty journal, one worker, until 10:40 of the day; the end of
-  the time ends it. *Expected*: of ten first 8, gone 9, of these nothing worse 8.
 
 Unit: one fault, which is one file. Intervals are Wilson's, 95%. Faults of one controller share
 their sound file, so they are less apart than the intervals suppose.
@@ -234,7 +226,6 @@ from harmful_faults_drawn import (
     spoilt_by,
     waiting_of,
 )
-from harmful_faults_page import REASONS
 from planted_faults import Fault, is_read, sound_file, spoilt_file
 from planted_faults_driven import patient_and_driver, visited_by
 
@@ -244,9 +235,6 @@ from drake_navbench.studies.doctor.files import speed_asked
 from drake_navbench.studies.doctor.probes import probes_for
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.visit import BY_WEIGHT, FIRST_SEEDS, seen_in
-
-# Misses of which no mend of the doctor can be the cure: chance, and the robot's body.
-NOT_AGAIN = ("PathDist.scale", "GoalDist.scale", "robot_radius")
 
 
 def census(seed: int, out: Path) -> None:
@@ -410,27 +398,9 @@ def _has_visited(seed: int, out: Path) -> bool:
     return True
 
 
-def visit_again(seed: int, out: Path) -> None:
-    """Visits once more the faults whose visits missed a goal, but for what no mend reaches."""
-    keys = [key for key in REASONS if not key.endswith(NOT_AGAIN)]
-    for key in sorted(keys, key=lambda key: " mppi " in key):
-        entry = read_entries()[key]
-        if "again" not in entry:
-            fault = fault_of(entry)
-            folder = out / key.replace("/", "_").replace(" ", "_")
-            entry["again"] = visited_by(fault, Symptom(entry["harmful"][0]), folder)
-            keep(key, entry)
-            print(key, entry["again"], flush=True)
-
-
 def main() -> None:
     """Runs the step of the study that the command line names."""
-    steps = {
-        "census": census,
-        "visit": visit_all,
-        "both": census_and_visits,
-        "again": visit_again,
-    }
+    steps = {"census": census, "visit": visit_all, "both": census_and_visits}
     parser = argparse.ArgumentParser(description="Planted faults that do harm.")
     parser.add_argument("step", choices=steps)
     parser.add_argument("folder", type=Path, help="for files and trials")
