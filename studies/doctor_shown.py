@@ -32,7 +32,8 @@ share of the controls. Of 16 known complaints 14 were driven and two shown: G02 
 by the cycles, of which today's detector, since then by half widths, sees 80% without any condition
 (a whole visit of J16, 15 min on a quarter of a core: seen in two probes, 36 changes, none shown).
 None of 5 controls, files with another's complaint, is shown (7 were driven: P36 shows its class
-without a condition, and F37 with the class of F39 is a complaint itself). P31, P33 and the blind complaints were not driven, for want of time.
+without a condition, and F37 with the class of F39 is a complaint itself). P31, P33 and the blind
+complaints were not driven, for want of time.
 """
 
 from __future__ import annotations
