@@ -167,8 +167,8 @@ def told_of_kept_cells(preset, robot, tmp_path):
 def test_a_stop_for_what_moves_where_the_costmap_keeps_what_has_left_is_told(tmp_path):
     stopping = "harmony:stop_for_moving=true"
     (told,) = told_of_kept_cells(stopping, "wheelchair", tmp_path)
-    assert "does not see what moves" in told
-    assert "set obstacle_layer.scan.inf_is_valid and clearing to true in both costmaps" in told
+    assert "sees what moves only in rooms" in told
+    assert "for the open set obstacle_layer.scan.inf_is_valid and clearing to true" in told
     assert told_of_kept_cells("harmony", "wheelchair", tmp_path) == []
     scan = "{inf_is_valid: true, clearing: true, max_obstacle_height: 2.0}"
     layer = f"{{obstacle_layer: {{observation_sources: {{scan: {scan}}}}}}}"
