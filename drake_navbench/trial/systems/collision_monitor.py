@@ -84,5 +84,9 @@ class CollisionMonitorSystem(LeafSystem):
             },
         )
         return points_of(
-            parameters.observation_sources, parameters.source_timeout, self._mountings, sensed
+            parameters.observation_sources,
+            parameters.source_timeout,
+            self._mountings,
+            sensed,
+            release=parameters.nav2_release,
         )
