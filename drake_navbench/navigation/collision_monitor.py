@@ -121,12 +121,12 @@ class SubPolygon(FrozenModel):
     def covers(self, command: Command, *, holonomic: bool, release: Release) -> bool:
         """Tells whether the sub-polygon applies to a command, bounds included.
 
-        A holonomic base at rest moves in the direction 0. Up to Kilted v alone, not the speed, must
+        A holonomic base at rest moves in the direction 0. In Kilted v alone, not the speed, must
         lie between linear_min and linear_max, whatever the base.
         """
         v, w, vy = command
         speed = math.hypot(v, vy)
-        is_by_speed = holonomic and release >= Release.LYRICAL
+        is_by_speed = holonomic and release is not Release.KILTED
         is_in_range = self.linear_min <= (speed if is_by_speed else v) <= self.linear_max
         if not (is_in_range and self.theta_min <= w <= self.theta_max):
             return False
@@ -172,7 +172,8 @@ class CollisionMonitorParameters(QuietModel):
         NEWEST_RELEASE,
         description="Nav2 release whose rules apply: up to Iron a source without current data is "
         "left out and stops nothing; Humble's approach stops at one point less inside the shape; "
-        "Iron limits v and w separately; up to Kilted holonomic bases choose sub-polygons by v.",
+        "Iron limits v and w separately; Kilted chooses sub-polygons of a holonomic base by v; "
+        "Lyrical drops a range that is not finite, so that the one before counts on.",
     )
 
     polygons: dict[str, MonitorShape] = Field(
@@ -195,6 +196,19 @@ class CollisionMonitorParameters(QuietModel):
         min_length=1,
         description="Names of the observation sources, in order.",
     )
+
+    @property
+    def ranges_count_for_s(self) -> float:
+        """Age up to which a reading of a range sensor may be looked at, s.
+
+        0 where only the newest is; inf where a source has no timeout.
+        """
+        if self.nav2_release < Release.LYRICAL:
+            return 0.0
+        sources = (s for s in self.observation_sources.values() if s.type == "range")
+        given = (s.source_timeout for s in sources)
+        timeouts = [self.source_timeout if one is None else one for one in given]
+        return max((one if one > 0.0 else math.inf for one in timeouts), default=0.0)
 
 
 class ShapeState(NamedTuple):

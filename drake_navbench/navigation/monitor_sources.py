@@ -25,6 +25,8 @@ Mounting = tuple[float, float, float]
 
 # A reading that would become more points than this is ignored, as in Nav2 from Lyrical on.
 MAX_POINTS = 10_000
+# The widest cone of a reading that Nav2 takes from Lyrical on, rad.
+WIDEST_CONE = math.pi
 DEGREE = math.pi / 180.0
 NANOSECONDS_PER_SECOND = 1e9
 
@@ -108,7 +110,8 @@ def points_of(
             points = _scan_points(sensed, own_s, mountings.scanner)
         else:
             sensor = source.sensor or name
-            points = _arc(sensed, sensor, own_s, source.obstacles_angle, mountings.ranges[sensor])
+            reading = _newest(sensed.ranges.get(sensor, ()), release)
+            points = _arc(sensed, reading, own_s, source.obstacles_angle, mountings.ranges[sensor])
         if points is not None:
             found.append(points)
         elif own_s < math.inf and not is_left_out:
@@ -168,18 +171,33 @@ def _scan_points(sensed: MonitorReadings, timeout_s: float, mounting: Mounting) 
     return points_in_base(np.vstack([own.hits for own in scan.of_all_scanners]), base_pose)
 
 
+def _newest(readings: Sequence[RangeReading], release: Release) -> RangeReading | None:
+    """Returns the newest reading that the release takes; None where there is none.
+
+    Lyrical drops the message of a range that is not finite, of a cone without width, and of a
+    sensor whose least range is not below its longest.
+    """
+    for reading in reversed(readings):
+        if release < Release.LYRICAL or (
+            math.isfinite(reading.range_m)
+            and 0.0 < reading.field_of_view_rad <= WIDEST_CONE
+            and 0.0 <= reading.range_min_m < reading.range_max_m
+        ):
+            return reading
+    return None
+
+
 def _arc(
     sensed: MonitorReadings,
-    sensor: str,
+    reading: RangeReading | None,
     timeout_s: float,
     obstacles_angle: float,
     mounting: Mounting,
 ) -> Array | None:
-    """Returns (N, 2) the points of the newest reading of a sensor, base frame, m; None for none."""
-    readings = sensed.ranges.get(sensor, ())
-    if not readings or _is_too_old(sensed.time_s - readings[-1].time_s, timeout_s):
+    """Returns the points (N, 2) m of a reading, base frame; None for none, or an old one."""
+    if reading is None or _is_too_old(sensed.time_s - reading.time_s, timeout_s):
         return None
-    reading, base_pose = readings[-1], sensed.base_pose
+    base_pose = sensed.base_pose
     points = arc_points(reading, obstacles_angle)
     if points is None:
         return None

@@ -83,6 +83,16 @@ def test_a_missing_scan_stops_the_robot_unless_the_timeout_is_0():
     assert looked_at(time_s=1.5, lidar={}) is None
 
 
+def test_lyrical_drops_a_range_that_is_not_finite_and_keeps_the_one_before():
+    sensed = MonitorReadings(
+        0.5, np.zeros(3), SCAN, {"sonar": [reading(fov_rad=1e-6), reading(math.inf, time_s=0.5)]}
+    )
+    sources = {"sonar": MonitorSource(type="range")}
+    assert points_of(sources, 1.0, MOUNTINGS, sensed, release=Release.KILTED) is None
+    assert len(points_of(sources, 1.0, MOUNTINGS, sensed, release=Release.LYRICAL)) == 2
+    assert points_of(sources, 0.4, MOUNTINGS, sensed, release=Release.LYRICAL) is None
+
+
 def left_out(*, time_s=0.0, one=None, scan=SCAN, timeout_s=1.0):
     """Returns the points of a scan and a sonar by the rules of Humble and Iron."""
     sources = {"lidar": MonitorSource(), "sonar": MonitorSource(type="range")}

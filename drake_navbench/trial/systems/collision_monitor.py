@@ -79,7 +79,7 @@ class CollisionMonitorSystem(LeafSystem):
             now,
             None if scan is None else scan.placed_by_odometry(),
             {
-                name: [one.placed_by_odometry() for one in readings[-1:]]
+                name: [one.placed_by_odometry() for one in readings]
                 for name, readings in ranges.items()
             },
         )
