@@ -68,9 +68,7 @@ def add_sensors(
     if robot.range_sensors:
         range_sensors = builder.AddNamedSystem(
             "range_sensors",
-            RangeSensors(
-                robot.range_sensors, world, keep_s=_kept_s(robot), **_on_floors(floors)
-            ),
+            RangeSensors(robot.range_sensors, world, keep_s=_kept_s(robot), **_on_floors(floors)),
         )
         _connect(builder, range_sensors, signals, moving_world)
         ranges = range_sensors.GetOutputPort("ranges")

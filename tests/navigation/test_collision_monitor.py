@@ -255,7 +255,11 @@ def test_an_approach_of_humble_stops_at_one_point_less_inside():
 
 @pytest.mark.parametrize(
     ("command", "expected"),
-    [([1.0, 0.25], [0.5, 0.25]), ([-0.25, -1.0], [-0.25, -0.5]), ([0.6, 0.0, 0.8], [0.3, 0.0, 0.4])],
+    [
+        ([1.0, 0.25], [0.5, 0.25]),
+        ([-0.25, -1.0], [-0.25, -0.5]),
+        ([0.6, 0.0, 0.8], [0.3, 0.0, 0.4]),
+    ],
 )
 def test_iron_limits_speed_and_turn_rate_separately(command, expected):
     zone = polygon("limit", linear_limit=0.5, angular_limit=0.5)
