@@ -37,8 +37,9 @@ def _is_inside(x, y, vertices, radius):
     i = vertices.shape[0] - 1
     for j in range(vertices.shape[0]):
         if (y <= vertices[i, 1]) == (y > vertices[j, 1]):
-            slope = (vertices[j, 0] - vertices[i, 0]) / (vertices[j, 1] - vertices[i, 1])
-            if vertices[i, 0] + (y - vertices[i, 1]) * slope > x:
+            # In Nav2's order, so that a point on an edge lies on the same side of it.
+            run = (y - vertices[i, 1]) * (vertices[j, 0] - vertices[i, 0])
+            if vertices[i, 0] + run / (vertices[j, 1] - vertices[i, 1]) > x:
                 inside = not inside
         i = j
     return inside

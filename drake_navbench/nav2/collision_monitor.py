@@ -20,7 +20,7 @@ from drake_navbench.navigation.collision_monitor import (
     VelocityPolygon,
 )
 from drake_navbench.navigation.monitor_sources import MonitorSource
-from drake_navbench.plugins.releases import Release
+from drake_navbench.plugins.releases import NEWEST_RELEASE, RELEASE_FIELD, Release
 from drake_navbench.typed_files.quantities import MAX_COUNT, MIN_COUNT
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
@@ -58,6 +58,8 @@ def read_collision_monitor(reader: NodeReader, *, range_sensors: Collection[str]
         return {"collision_monitor": None}
     names = ("enabled", "source_timeout", "base_shift_correction")
     values = reader.block(CollisionMonitorParameters, names=names)
+    if reader.release is not NEWEST_RELEASE:
+        values[RELEASE_FIELD] = str(reader.release)
     sources = _sources(reader, range_sensors)
     if sources:
         values["observation_sources"] = sources
@@ -144,9 +146,6 @@ def _range_source(reader: NodeReader, source: str, sensor: str) -> Fields:
     names = ("enabled", "source_timeout", "obstacles_angle")
     values = reader.block(MonitorSource, place, names=names)
     reader.note(Status.OTHER_FORM, f"{place}topic", f"the robot's range sensor {sensor}")
-    if reader.release < Release.JAZZY:
-        # Up to Iron a source without current data was ignored: it did not stop the robot.
-        values["source_timeout"] = 0.0
     return {"type": "range", "sensor": sensor, **values}
 
 

@@ -301,7 +301,8 @@ class DriveOnHeading:
     def _speed(self, state: DriveState, remaining: float) -> float:
         """Returns the signed speed, computed in the direction of travel."""
         limits, frequency = self._limits, self._parameters.cycle_frequency
-        direction = math.copysign(1.0, state.speed)
+        # As in Nav2, a speed of 0 is one backwards.
+        direction = 1.0 if state.speed > 0.0 else -1.0
         last, wanted = direction * state.last_speed, direction * state.speed
         if limits.acceleration_limit is None or limits.deceleration_limit is None:
             return direction * max(wanted, limits.minimum_speed)

@@ -1,7 +1,7 @@
 """Nav2's collision monitor: slows or stops a command if points lie in shapes around the robot.
 
 Pure functions of an immutable state. Points are (N, 2) m in the base frame, commands (3,) v m/s,
-w rad/s, vy m/s. Source: nav2_collision_monitor, branch lyrical.
+w rad/s, vy m/s. Source: nav2_collision_monitor, branches humble to lyrical.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pydantic import Field, model_validator
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.points_inside import NO_COLLISION, count_inside, time_to_collision
 from drake_navbench.navigation.monitor_sources import THE_SCAN, MonitorSource
-from drake_navbench.plugins.releases import ReadBy, Release, since
+from drake_navbench.plugins.releases import NEWEST_RELEASE, ReadBy, Release, since
 from drake_navbench.typed_files.quantities import (
     Angle,
     AngularSpeed,
@@ -118,25 +118,27 @@ class SubPolygon(FrozenModel):
         description="Holonomic base: last direction of motion at which the polygon applies [rad].",
     )
 
-    def covers(self, command: Command, *, holonomic: bool) -> bool:
+    def covers(self, command: Command, *, holonomic: bool, release: Release) -> bool:
         """Tells whether the sub-polygon applies to a command, bounds included.
 
-        A holonomic base at rest moves in the direction 0.
+        A holonomic base at rest moves in the direction 0. In Kilted v alone, not the speed, must
+        lie between linear_min and linear_max, whatever the base.
         """
         v, w, vy = command
-        if not self.theta_min <= w <= self.theta_max:
+        speed = math.hypot(v, vy)
+        is_by_speed = holonomic and release is not Release.KILTED
+        is_in_range = self.linear_min <= (speed if is_by_speed else v) <= self.linear_max
+        if not (is_in_range and self.theta_min <= w <= self.theta_max):
             return False
         if not holonomic:
-            return self.linear_min <= v <= self.linear_max
-        speed = math.hypot(v, vy)
-        direction = math.atan2(vy, v) if speed > 0.0 else 0.0
+            return True
+        direction = 0.0 if is_by_speed and speed == 0.0 else math.atan2(vy, v)
         start, end = self.direction_start_angle, self.direction_end_angle
         is_after_start, is_before_end = direction >= start, direction <= end
         # A range of directions may contain the direction straight back.
-        is_within = is_after_start and is_before_end
         if start > end:
-            is_within = is_after_start or is_before_end
-        return self.linear_min <= speed <= self.linear_max and is_within
+            return is_after_start or is_before_end
+        return is_after_start and is_before_end
 
 
 class VelocityPolygon(_Shape):
@@ -164,7 +166,15 @@ class CollisionMonitorParameters(QuietModel):
 
     READ_BY: ClassVar[Mapping[str, ReadBy]] = {"enabled": since(Release.LYRICAL)}
 
-    quiet: ClassVar = frozenset({"observation_sources"})
+    quiet: ClassVar = frozenset({"observation_sources", "nav2_release"})
+
+    nav2_release: Release = Field(
+        NEWEST_RELEASE,
+        description="Nav2 release whose rules apply: up to Iron a source without current data is "
+        "left out and stops nothing; Humble's approach stops at one point less inside the shape; "
+        "Iron limits v and w separately; Kilted chooses sub-polygons of a holonomic base by v; "
+        "Lyrical drops a range that is not finite, so that the one before counts on.",
+    )
 
     polygons: dict[str, MonitorShape] = Field(
         min_length=1, description="Shapes by name, in the order in which they are tested."
@@ -186,6 +196,19 @@ class CollisionMonitorParameters(QuietModel):
         min_length=1,
         description="Names of the observation sources, in order.",
     )
+
+    @property
+    def ranges_count_for_s(self) -> float:
+        """Age up to which a reading of a range sensor may be looked at, s.
+
+        0 where only the newest is; inf where a source has no timeout.
+        """
+        if self.nav2_release < Release.LYRICAL:
+            return 0.0
+        sources = (s for s in self.observation_sources.values() if s.type == "range")
+        given = (s.source_timeout for s in sources)
+        timeouts = [self.source_timeout if one is None else one for one in given]
+        return max((one if one > 0.0 else math.inf for one in timeouts), default=0.0)
 
 
 class ShapeState(NamedTuple):
@@ -247,23 +270,25 @@ class CollisionMonitor:
             if action == "stop":
                 break
             before = shapes.get(name, ShapeState())
-            shapes[name], ratio = self._look_at(name, before, wanted, points)
-            if ratio is None:
+            shapes[name], candidate = self._look_at(name, before, wanted, points)
+            if candidate is None:
                 continue
-            candidate = ratio * v, ratio * w, ratio * vy
             if shape.action_type == "stop" or _speed(candidate) < _speed(chosen):
                 chosen, action, polygon = candidate, shape.action_type, name
         return MonitorState(shapes, action, polygon), np.array(chosen)
 
     def _look_at(
         self, name: str, state: ShapeState, command: Command, points: Array
-    ) -> tuple[ShapeState, float | None]:
-        """Returns the shape's state, and the share of the command that it lets pass; None: all."""
+    ) -> tuple[ShapeState, Command | None]:
+        """Returns the shape's state, and what it lets pass of a command; None: all of it."""
         shape = self._parameters.polygons[name]
         state, vertices, radius = self._geometry(name, state, command)
         if shape.action_type == "none" or (not len(vertices) and radius == 0.0):
             return state, None
+        count = count_inside(points, vertices, radius)
         if shape.action_type == "approach":
+            if count >= self._enough_to_stop(shape):
+                return state, _scaled(command, 0.0)
             time_s = time_to_collision(
                 points,
                 vertices,
@@ -273,16 +298,27 @@ class CollisionMonitor:
                 shape.time_before_collision,
                 shape.simulation_time_step,
             )
-            ratio = time_s / shape.time_before_collision
-            return state, None if time_s == NO_COLLISION else ratio
-        state = _counted(shape, state, count_inside(points, vertices, radius) >= shape.min_points)
+            if time_s == NO_COLLISION:
+                return state, None
+            return state, _scaled(command, time_s / shape.time_before_collision)
+        state = _counted(shape, state, count >= shape.min_points)
         if not state.is_triggered:
             return state, None
         if shape.action_type == "stop":
-            return state, 0.0
+            return state, _scaled(command, 0.0)
         if shape.action_type == "slowdown":
-            return state, shape.slowdown_ratio
-        return state, _limit_ratio(shape, command)
+            return state, _scaled(command, shape.slowdown_ratio)
+        if self._parameters.nav2_release is Release.IRON:
+            return state, _limited_separately(shape, command)
+        return state, _scaled(command, _limit_ratio(shape, command))
+
+    def _enough_to_stop(self, shape: MonitorShape) -> int:
+        """Returns how many points in the shape of an approach stop the robot.
+
+        In Humble as many as `max_points`, while on the way more than these count.
+        """
+        is_humble = self._parameters.nav2_release is Release.HUMBLE
+        return shape.min_points - 1 if is_humble else shape.min_points
 
     def _geometry(
         self, name: str, state: ShapeState, command: Command
@@ -294,7 +330,9 @@ class CollisionMonitor:
         if isinstance(shape, MonitorPolygon):
             return state, self._vertices.get((name, WHOLE), self._footprint), 0.0
         for part, polygon in shape.velocity_polygons.items():
-            if polygon.covers(command, holonomic=shape.holonomic):
+            if polygon.covers(
+                command, holonomic=shape.holonomic, release=self._parameters.nav2_release
+            ):
                 state = state._replace(sub_polygon=part)
                 break
         return state, self._vertices.get((name, state.sub_polygon), NO_VERTICES), 0.0
@@ -318,6 +356,19 @@ def _counted(shape: MonitorShape, state: ShapeState, is_hit: bool) -> ShapeState
     misses = state.misses + 1
     is_triggered = state.is_triggered and misses < shape.release_consecutive_points
     return state._replace(hits=0, misses=misses, is_triggered=is_triggered)
+
+
+def _scaled(command: Command, ratio: float) -> Command:
+    v, w, vy = command
+    return ratio * v, ratio * w, ratio * vy
+
+
+def _limited_separately(shape: MonitorShape, command: Command) -> Command:
+    """Returns a command whose speed and whose turn rate each keep their limit."""
+    v, w, vy = command
+    speed, limit = math.hypot(v, vy), shape.angular_limit
+    ratio = 1.0 if speed == 0.0 else min(shape.linear_limit / speed, 1.0)
+    return ratio * v, min(max(w, -limit), limit), ratio * vy
 
 
 def _limit_ratio(shape: MonitorShape, command: Command) -> float:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Literal, NamedTuple
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -16,6 +16,7 @@ from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.poses import carrier_pose
 from drake_navbench.kernels.scan import Scan
 from drake_navbench.navigation.costmaps.range_reading import RangeReading
+from drake_navbench.plugins.releases import NEWEST_RELEASE, ReadBy, Release, since
 from drake_navbench.typed_files.quantities import Duration
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
@@ -24,11 +25,16 @@ Mounting = tuple[float, float, float]
 
 # A reading that would become more points than this is ignored, as in Nav2 from Lyrical on.
 MAX_POINTS = 10_000
+# The widest cone of a reading that Nav2 takes from Lyrical on, rad.
+WIDEST_CONE = math.pi
 DEGREE = math.pi / 180.0
+NANOSECONDS_PER_SECOND = 1e9
 
 
 class MonitorSource(FrozenModel):
     """A sensor that the collision monitor looks at."""
+
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = {"source_timeout": since(Release.JAZZY)}
 
     type: Literal["scan", "range"] = Field(
         "scan",
@@ -84,24 +90,31 @@ def points_of(
     timeout_s: float,
     mountings: Mountings,
     sensed: MonitorReadings,
+    *,
+    release: Release = NEWEST_RELEASE,
 ) -> Array | None:
     """Returns the points (N, 2) m of all sources in the base frame; None where one stops the robot.
 
-    timeout_s: for sources without a timeout of their own, s.
+    timeout_s: for sources without a timeout of their own, s; 0: never. Up to Iron a source without
+    current data is left out, and 0 is an age like any other.
     """
+    is_left_out = release < Release.JAZZY
     found = [np.empty((0, 2))]
     for name, source in sources.items():
         if not source.enabled:
             continue
         own_s = timeout_s if source.source_timeout is None else source.source_timeout
+        if own_s == 0.0 and not is_left_out:
+            own_s = math.inf
         if source.type == "scan":
             points = _scan_points(sensed, own_s, mountings.scanner)
         else:
             sensor = source.sensor or name
-            points = _arc(sensed, sensor, own_s, source.obstacles_angle, mountings.ranges[sensor])
+            reading = _newest(sensed.ranges.get(sensor, ()), release)
+            points = _arc(sensed, reading, own_s, source.obstacles_angle, mountings.ranges[sensor])
         if points is not None:
             found.append(points)
-        elif own_s > 0.0:
+        elif own_s < math.inf and not is_left_out:
             return None
     return np.ascontiguousarray(np.vstack(found))
 
@@ -140,10 +153,17 @@ def arc_points(reading: RangeReading, obstacles_angle: float) -> Array | None:
     return np.asarray(turned + np.array([x, y]))
 
 
+def _is_too_old(age_s: float, timeout_s: float) -> bool:
+    """Tells whether an age exceeds a timeout, in whole nanoseconds, as Nav2 compares them."""
+    if timeout_s == math.inf:
+        return False
+    return round(age_s * NANOSECONDS_PER_SECOND) > int(timeout_s * NANOSECONDS_PER_SECOND)
+
+
 def _scan_points(sensed: MonitorReadings, timeout_s: float, mounting: Mounting) -> Array | None:
     """Returns (N, 2) all scanners' hits, base frame, m; None where the scan is missing or old."""
     scan = sensed.scan
-    if scan is None or 0.0 < timeout_s < sensed.time_s - scan.time_s:
+    if scan is None or _is_too_old(sensed.time_s - scan.time_s, timeout_s):
         return None
     base_pose = sensed.base_pose
     if base_pose is None:
@@ -151,18 +171,33 @@ def _scan_points(sensed: MonitorReadings, timeout_s: float, mounting: Mounting) 
     return points_in_base(np.vstack([own.hits for own in scan.of_all_scanners]), base_pose)
 
 
+def _newest(readings: Sequence[RangeReading], release: Release) -> RangeReading | None:
+    """Returns the newest reading that the release takes; None where there is none.
+
+    Lyrical drops the message of a range that is not finite, of a cone without width, and of a
+    sensor whose least range is not below its longest.
+    """
+    for reading in reversed(readings):
+        if release < Release.LYRICAL or (
+            math.isfinite(reading.range_m)
+            and 0.0 < reading.field_of_view_rad <= WIDEST_CONE
+            and 0.0 <= reading.range_min_m < reading.range_max_m
+        ):
+            return reading
+    return None
+
+
 def _arc(
     sensed: MonitorReadings,
-    sensor: str,
+    reading: RangeReading | None,
     timeout_s: float,
     obstacles_angle: float,
     mounting: Mounting,
 ) -> Array | None:
-    """Returns (N, 2) the points of the newest reading of a sensor, base frame, m; None for none."""
-    readings = sensed.ranges.get(sensor, ())
-    if not readings or 0.0 < timeout_s < sensed.time_s - readings[-1].time_s:
+    """Returns the points (N, 2) m of a reading, base frame; None for none, or an old one."""
+    if reading is None or _is_too_old(sensed.time_s - reading.time_s, timeout_s):
         return None
-    reading, base_pose = readings[-1], sensed.base_pose
+    base_pose = sensed.base_pose
     points = arc_points(reading, obstacles_angle)
     if points is None:
         return None

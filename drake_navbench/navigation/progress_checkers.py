@@ -17,7 +17,8 @@ from drake_navbench.plugins.parameters import PluginParameters
 from drake_navbench.typed_files.quantities import Angle, Duration, Length
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
-# Times are compared in whole nanoseconds, as Nav2 does, so that 10.05 s - 0.05 s is 10 s.
+# Times are compared in whole nanoseconds, as Nav2 does, so that 10.05 s - 0.05 s is 10 s. A
+# parameter is cut to them: 2.05 s is 2,049,999,999 ns.
 NANOSECONDS_PER_SECOND = 1e9
 
 
@@ -92,7 +93,7 @@ class SimpleProgressChecker:
         if state is None or self._moved_enough(state, x, y, yaw):
             return ProgressCheck(True, Baseline(x, y, yaw, time_s))
         spent_ns = round((time_s - state.time_s) * NANOSECONDS_PER_SECOND)
-        allowed_ns = round(self.parameters.movement_time_allowance * NANOSECONDS_PER_SECOND)
+        allowed_ns = int(self.parameters.movement_time_allowance * NANOSECONDS_PER_SECOND)
         return ProgressCheck(spent_ns <= allowed_ns, state)
 
     def _moved_enough(self, baseline: Baseline, x: float, y: float, yaw: float) -> bool:

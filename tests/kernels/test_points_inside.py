@@ -26,6 +26,13 @@ def test_a_notch_is_outside():
     assert count_inside(points((0.5, 0.0), (-0.5, 0.6)), ARROW, 0.0) == 2
 
 
+def test_a_point_on_an_edge_is_outside():
+    # 0.8 m up the edge from (-1, -0.25) to (0, 1.25) is x = -0.3 m; by its slope, 1 / 1.5,
+    # rounding would put the edge beyond the point.
+    edge = np.array([[0.0, 1.25], [-1.0, -0.25], [-2.0, -0.25], [-2.0, 1.25]])
+    assert count_inside(points((-0.3, 0.8)), edge, 0.0) == 0
+
+
 def test_a_circle_is_open():
     assert count_inside(points((0.3, 0.0), (0.0, 0.5), (0.0, 0.51)), NO_VERTICES, 0.5) == 1
 

@@ -209,3 +209,9 @@ def test_wait_ends_after_its_time_whatever_its_sign_and_commands_nothing():
         assert not step.is_final
         assert step.command is None
         assert wait.step(state, pose(), 6.02, surroundings()).is_done
+
+
+def test_a_speed_of_zero_drives_backwards_as_in_nav2():
+    drive = DriveOnHeading(PARAMETERS)
+    state = drive.start({"target_x": -0.3, "speed": 0.0}, pose(), 0.0)
+    assert drive.step(state, pose(), 0.0, surroundings()).command == (-0.1, 0.0)

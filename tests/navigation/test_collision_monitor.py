@@ -232,3 +232,52 @@ def test_a_shape_that_makes_no_sense_is_refused_in_one_line(shape, message):
     with pytest.raises(InputError, match=message) as caught:
         load_robot("wheelchair", overrides)
     assert "\n" not in str(caught.value)
+
+
+def by_release(release, **shapes):
+    parameters = CollisionMonitorParameters(polygons=shapes, nav2_release=release)
+    return CollisionMonitor(parameters, FOOTPRINT)
+
+
+def test_an_approach_of_humble_stops_at_one_point_less_inside():
+    zone, one = polygon("approach", points=None), cluster(0.2, count=1)
+    output, _ = let_through(by_release("lyrical", zone=zone), [0.1, 0.0], one)
+    np.testing.assert_array_equal(output, [0.1, 0.0])
+    output, state = let_through(by_release("humble", zone=zone), [0.1, 0.0], one)
+    np.testing.assert_array_equal(output, [0.0, 0.0])
+    assert (state.action, state.polygon) == ("approach", "zone")
+    # max_points: 0 stops the robot whatever it sees.
+    output, _ = let_through(
+        by_release("humble", zone={**zone, "min_points": 1}), [0.1, 0.0], np.empty((0, 2))
+    )
+    np.testing.assert_array_equal(output, [0.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("command", "expected"),
+    [
+        ([1.0, 0.25], [0.5, 0.25]),
+        ([-0.25, -1.0], [-0.25, -0.5]),
+        ([0.6, 0.0, 0.8], [0.3, 0.0, 0.4]),
+    ],
+)
+def test_iron_limits_speed_and_turn_rate_separately(command, expected):
+    zone = polygon("limit", linear_limit=0.5, angular_limit=0.5)
+    output, state = let_through(by_release("iron", zone=zone), command, cluster(0.5))
+    np.testing.assert_allclose(output, expected)
+    assert state.action == "limit"
+
+
+def test_in_kilted_a_holonomic_base_chooses_a_sub_polygon_by_v():
+    # v = 0.3 m/s lies within the range, the speed of 0.5 m/s does not.
+    slow = {"points": AHEAD, "linear_min": 0.0, "linear_max": 0.4, "theta_min": -1.0}
+    zone = {
+        "type": "velocity_polygon",
+        "action_type": "stop",
+        "min_points": 2,
+        "holonomic": True,
+        "velocity_polygons": {"slow": {**slow, "theta_max": 1.0}},
+    }
+    for release, passes in (("jazzy", True), ("kilted", False), ("lyrical", True)):
+        output, _ = let_through(by_release(release, zone=zone), [0.3, 0.0, 0.4], cluster(0.5))
+        assert output.any() == passes

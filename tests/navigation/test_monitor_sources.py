@@ -14,6 +14,7 @@ from drake_navbench.navigation.monitor_sources import (
     arc_points,
     points_of,
 )
+from drake_navbench.plugins.releases import Release
 
 MOUNTINGS = Mountings((0.0, 0.0, 0.0), {"sonar": (0.5, 0.0, 0.0)})
 SCAN = Scan(0.0, np.zeros(3), np.array([0.0]), np.array([4.0], np.float32))
@@ -80,3 +81,37 @@ def test_a_missing_scan_stops_the_robot_unless_the_timeout_is_0():
     assert looked_at(scan=None, lidar={}) is None
     assert looked_at(scan=None, lidar={"source_timeout": 0.0}).shape == (0, 2)
     assert looked_at(time_s=1.5, lidar={}) is None
+
+
+def test_lyrical_drops_a_range_that_is_not_finite_and_keeps_the_one_before():
+    sensed = MonitorReadings(
+        0.5, np.zeros(3), SCAN, {"sonar": [reading(fov_rad=1e-6), reading(math.inf, time_s=0.5)]}
+    )
+    sources = {"sonar": MonitorSource(type="range")}
+    assert points_of(sources, 1.0, MOUNTINGS, sensed, release=Release.KILTED) is None
+    assert len(points_of(sources, 1.0, MOUNTINGS, sensed, release=Release.LYRICAL)) == 2
+    assert points_of(sources, 0.4, MOUNTINGS, sensed, release=Release.LYRICAL) is None
+
+
+def left_out(*, time_s=0.0, one=None, scan=SCAN, timeout_s=1.0):
+    """Returns the points of a scan and a sonar by the rules of Humble and Iron."""
+    sources = {"lidar": MonitorSource(), "sonar": MonitorSource(type="range")}
+    sensed = MonitorReadings(time_s, np.zeros(3), scan, {"sonar": [one] if one else []})
+    return points_of(sources, timeout_s, MOUNTINGS, sensed, release=Release.IRON)
+
+
+def test_up_to_iron_a_source_without_current_data_is_left_out():
+    assert len(left_out()) == 1
+    assert len(left_out(scan=None, one=reading(fov_rad=1e-6))) == 2
+    assert left_out(time_s=1.5).shape == (0, 2)
+    # There 0 is an age like any other.
+    assert left_out(time_s=0.1, timeout_s=0.0).shape == (0, 2)
+    assert len(left_out(timeout_s=0.0)) == 1
+
+
+def test_ages_are_compared_in_whole_nanoseconds():
+    # 1.1 - 1.0 is more than 0.1 in floating point.
+    scan = Scan(1.0, np.zeros(3), np.array([0.0]), np.array([4.0], np.float32))
+    lidar = {"source_timeout": 0.1}
+    assert len(looked_at(time_s=1.1, scan=scan, lidar=lidar)) == 1
+    assert looked_at(time_s=1.100000001, scan=scan, lidar=lidar) is None

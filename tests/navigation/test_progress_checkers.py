@@ -76,3 +76,10 @@ def test_a_check_leaves_the_given_state_as_it_was(simple):
 def test_checkers_are_found_by_their_nav2_type():
     assert PROGRESS_CHECKERS.load("nav2_controller::SimpleProgressChecker") is SimpleProgressChecker
     assert PROGRESS_CHECKERS.load("nav2_controller::PoseProgressChecker") is PoseProgressChecker
+
+
+def test_an_allowance_is_cut_to_whole_nanoseconds():
+    # 2.05e9 in floating point is 2,049,999,999.9999998.
+    checker = SimpleProgressChecker(SimpleProgressCheckerParameters(movement_time_allowance=2.05))
+    at = (0.0, 0.0, 0.0)
+    assert run(checker, [(at, 0.0), (at, 2.0), (at, 2.05)]) == [True, True, False]

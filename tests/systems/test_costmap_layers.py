@@ -13,6 +13,7 @@ from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.inputs.world import Box, World
 from drake_navbench.kernels.grid import FREE, INSCRIBED, LETHAL, NO_INFORMATION
+from drake_navbench.kernels.scan import Scan
 from drake_navbench.navigation.costmaps.costmap_settings import (
     GlobalCostmapSettings,
     LocalCostmapSettings,
@@ -181,6 +182,56 @@ def test_the_footprint_frees_the_map_for_as_long_as_the_robot_stands_there():
 
     assert cell_under_robot() == LETHAL
     assert cell_under_robot(footprint_clearing_enabled=True) == FREE
+
+
+def on_the_maps_grid(occupied, **settings):
+    """Returns the layers of a costmap on a map of 1 m x 1 m about the origin, and their state."""
+    settings = GlobalCostmapSettings(
+        filters=[], inflation_layer={"inflation_radius": 0.0}, **settings
+    )
+    map_ = OccupancyMap(occupied, 0.1, -0.5, -0.5)
+    layers = LayeredCostmap(
+        settings,
+        GridGeometry.of_map(map_),
+        lidar=LidarSettings(),
+        footprint=FOOTPRINT,
+        static_map=map_,
+    )
+    return layers, layers.initial_state()
+
+
+@pytest.mark.parametrize("restored", [True, False])
+def test_on_the_maps_own_grid_the_static_layer_frees_the_robot_only_with_the_whole_map(restored):
+    layers, state = on_the_maps_grid(
+        np.full((10, 10), OCCUPIED, dtype=np.int8),
+        plugins=["static_layer"],
+        static_layer={"footprint_clearing_enabled": True, "restore_cleared_footprint": restored},
+    )
+
+    def freed(state):
+        return sorted(np.argwhere(state.costmap.grid.costs == FREE)[:, 1])
+
+    # From x = -0.35 to -0.15 m lie parts of the columns 1 to 3.
+    state = layers.updated(state, scan=None, pose=np.array([-0.25, 0.0, 0.0]), time_s=0.0)
+    assert set(freed(state)) == {1, 2, 3}
+    state = layers.updated(state, scan=None, pose=np.array([0.25, 0.0, 0.0]), time_s=0.2)
+    assert set(freed(state)) == {1, 2, 3}
+    state = layers.cleared(state)
+    state = layers.updated(state, scan=None, pose=np.array([0.25, 0.0, 0.0]), time_s=0.4)
+    assert set(freed(state)) == {6, 7, 8}
+
+
+def test_what_lies_off_the_grid_counts_as_in_its_outermost_cells():
+    layers, state = on_the_maps_grid(one_occupied(5, 9), plugins=["static_layer", "obstacle_layer"])
+    inside, off = np.array([0.0, 0.0, 0.0]), np.array([0.9, 0.0, 0.0])
+    scan = Scan(0.0, inside, np.array([0.0]), np.array([0.25], np.float32))
+    state = layers.updated(state, scan=scan, pose=inside, time_s=0.0)
+    written = state.plugged.copy()
+    written[5, 9] = FREE
+    # Nav2 writes the outermost column anew, here with the map's cell.
+    scan = Scan(0.2, off, np.array([0.0]), np.array([0.25], np.float32))
+    again = layers.updated(replace(state, plugged=written), scan=scan, pose=off, time_s=0.2)
+    assert again.costmap.grid.costs[5, 9] == LETHAL
 
 
 def test_a_disabled_layer_writes_nothing():

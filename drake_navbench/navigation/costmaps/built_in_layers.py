@@ -110,15 +110,21 @@ class KeepoutFilterParameters(LayerParameters):
 class StaticState(Immutable):
     """The map's costs on its own grid, (rows, columns) uint8.
 
-    kept: the costs with which the next cycle begins. shown: the costs of this cycle.
+    kept: the costs with which the next cycle begins. shown: the costs of this cycle. is_written:
+    whether the whole map was written since the costmap was cleared.
     """
 
     kept: Costs
     shown: Costs
+    is_written: bool = False
 
 
 class StaticLayer:
-    """Nav2's static layer: the map."""
+    """Nav2's static layer: the map.
+
+    On the map's own grid Nav2 frees the cells under the robot only when it writes the whole map: in
+    the first cycle, and after the costmap was cleared.
+    """
 
     Parameters: ClassVar[type[StaticLayerParameters]] = StaticLayerParameters
     stays_in_window = True
@@ -144,14 +150,15 @@ class StaticLayer:
 
     def observe(self, state: StaticState, seen: Seen) -> Observed:
         """See `Layer`: the cells under the robot are freed, for this cycle or for good."""
-        if not self._own.footprint_clearing_enabled:
+        is_in_place = state.is_written and not self._setup.rolling_window
+        if is_in_place or not self._own.footprint_clearing_enabled:
             return Observed(state)
         outline = place_outline(self._setup.footprint, compose(seen.map_from_costmap, seen.pose))
         shown = state.kept.copy()
         fill_outline(Grid(shown, *self._place), outline, FREE)
         kept = state.kept if self._own.restore_cleared_footprint else shown
         (left, low), (right, high) = outline.min(axis=0), outline.max(axis=0)
-        return Observed(StaticState(kept, shown), (left, low, right, high))
+        return Observed(StaticState(kept, shown, is_written=True), (left, low, right, high))
 
     def write(self, state: StaticState, grid: Grid, seen: Seen) -> Costs:
         """See `Layer`."""

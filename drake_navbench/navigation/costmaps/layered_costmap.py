@@ -198,7 +198,10 @@ class LayeredCostmap:
         )
 
     def _window_around(self, boxes: Sequence[Array]) -> CellWindow:
-        """Returns the cells within the inflation's reach of boxes min_x, min_y, max_x, max_y, m."""
+        """Returns the cells within the inflation's reach of boxes min_x, min_y, max_x, max_y, m.
+
+        As in Nav2, what lies off the grid counts as in its outermost cells.
+        """
         if not boxes:
             return CellWindow(0, 0, 0, 0)
         geometry = self._geometry
@@ -207,9 +210,9 @@ class LayeredCostmap:
         origin = np.array([geometry.origin_x, geometry.origin_y])
         low = touched[:, :2].min(axis=0) - reach - origin
         high = touched[:, 2:].max(axis=0) + reach - origin
-        limits = np.array([geometry.columns, geometry.rows])
-        first = np.clip(np.floor(low / geometry.resolution).astype(int), 0, limits)
-        last = np.clip(np.floor(high / geometry.resolution).astype(int) + 1, 0, limits)
+        outermost = np.array([geometry.columns, geometry.rows]) - 1
+        first = np.clip(np.floor(low / geometry.resolution).astype(int), 0, outermost)
+        last = np.clip(np.floor(high / geometry.resolution).astype(int), 0, outermost) + 1
         return CellWindow(int(first[1]), int(last[1]), int(first[0]), int(last[0]))
 
     def _reset(self, plugged: Costs | None, seen: Seen) -> Costs:

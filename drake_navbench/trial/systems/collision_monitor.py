@@ -79,10 +79,14 @@ class CollisionMonitorSystem(LeafSystem):
             now,
             None if scan is None else scan.placed_by_odometry(),
             {
-                name: [one.placed_by_odometry() for one in readings[-1:]]
+                name: [one.placed_by_odometry() for one in readings]
                 for name, readings in ranges.items()
             },
         )
         return points_of(
-            parameters.observation_sources, parameters.source_timeout, self._mountings, sensed
+            parameters.observation_sources,
+            parameters.source_timeout,
+            self._mountings,
+            sensed,
+            release=parameters.nav2_release,
         )
