@@ -159,7 +159,7 @@ class _Table:
         """Returns the outline; raises InputError where no part of the input gives one."""
         if body.outline is None:
             nothing = "expected links with collision or visual shapes, found none"
-            why = "; ".join((*body.left_out, *source.model.remarks)) or nothing
+            why = "; ".join(dict.fromkeys((*body.left_out, *source.model.remarks))) or nothing
             if known.outline:
                 self.add(Status.STAND_IN, "footprint", f"{why}; that of the Nav2 file is taken")
                 if known.footprint is None:

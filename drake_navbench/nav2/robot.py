@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import Check, CheckRow, Status
+from drake_navbench.inputs.move_base import MOVE_BASE_FILE, is_of_move_base
 from drake_navbench.inputs.overrides import merged
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
@@ -30,7 +31,7 @@ from drake_navbench.nav2.costmaps import (
     read_local_costmap,
 )
 from drake_navbench.nav2.nav2_setup import Nav2Setup
-from drake_navbench.nav2.node_reader import NodeReader, Rows
+from drake_navbench.nav2.node_reader import NodeReader, Rows, similar_name_hint
 from drake_navbench.nav2.outline import (
     Outline,
     note_small_inflation,
@@ -123,7 +124,8 @@ def read_sections(
         else:
             file = read_parameter_file(path, prepare)
         if not file.sections:
-            raise InputError(f"{path}: no node with {PARAMETERS_KEY}; expected a Nav2 file")
+            what = MOVE_BASE_FILE if is_of_move_base(path) else "expected a Nav2 file"
+            raise InputError(f"{path}: no node with {PARAMETERS_KEY}; {what}")
         sections += file.sections
         for number, remark in enumerate(file.remarks):
             row = CheckRow(Status.OTHER_FORM, path.name, "", remark.removeprefix(f"{path}, "))
@@ -415,5 +417,7 @@ class _Files:
         elif any(name.endswith(f"/{other}") or name == other for other in READ):
             remark = f"another namespace; only that of '{self._namespace or '/'}' is read"
             self._note(Status.STAND_IN, name, "", remark)
+        elif hint := similar_name_hint(name, READ):
+            self._note(Status.UNREAD, name, "", f"unknown node{hint}")
         else:
             self._note(Status.NO_MEANING, name, "", "")

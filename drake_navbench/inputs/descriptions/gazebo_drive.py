@@ -40,6 +40,8 @@ KINDS = (
     ("skid_steer", DIFFERENTIAL),
     ("skid-steer", DIFFERENTIAL),
 )
+# Plugins that move the body itself, and read nothing of its wheels.
+BODY_MOVERS = ("planar_move", "planar-move", "velocity-control")
 PLUGIN_FILE = re.compile(r"<plugin\b[^>]*\bfilename\s*=\s*[\"']([^\"']+)")
 CONTROL = ("ros2_control", "ros_control")
 CONTROLLERS_FILE = re.compile(r"control.*\.ya?ml$")
@@ -155,6 +157,8 @@ def _by_plugin(model: Model) -> FoundDrive | None:
                 (part.text or "").strip() for part in plugin.element.iter() if "steer" in part.tag
             )
             values = _plugin_values(plugin.element, kind)
+            if any(word in name.lower() for word in BODY_MOVERS):
+                values = {n: value for n, value in values.items() if not n.startswith("wheel_")}
             return FoundDrive(kind, name, values, steering=steering)
     return None
 
