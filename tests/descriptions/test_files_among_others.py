@@ -10,12 +10,17 @@ from drake_navbench.commands.run import build_parser
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.described_robot import describe_robot
 from drake_navbench.inputs.package_search import find_package_files
+from drake_navbench.nav2.known_base import known_base_of
 
-WHEELS = "".join(
-    f'<link name="{name}"/><joint name="{name}_joint" type="continuous"><parent link="base_link"/>'
-    f'<child link="{name}"/><origin xyz="0 {y} 0"/><axis xyz="0 1 0"/></joint>'
-    for name, y in (("left_wheel", 0.25), ("right_wheel", -0.25))
-)
+def wheel(name, x, y):
+    return (
+        f'<link name="{name}"/><joint name="{name}_joint" type="continuous">'
+        f'<parent link="base_link"/><child link="{name}"/><origin xyz="{x} {y} 0"/>'
+        '<axis xyz="0 1 0"/></joint>'
+    )
+
+
+WHEELS = wheel("left_wheel", 0, 0.25) + wheel("right_wheel", 0, -0.25)
 DRIVE = '<gazebo><plugin name="drive" filename="libgazebo_ros_diff_drive.so"/></gazebo>'
 NAV2 = (
     "controller_server:\n  ros__parameters:\n    controller_plugins: [FollowPath]\n"
@@ -168,3 +173,27 @@ def test_files_of_move_base_are_told(tmp_path):
         "nav2: none found; not read, as of ROS 1's move_base: param/a.yaml, param/b.yaml, "
         "param/c.yaml and 1 more"
     )
+
+
+@pytest.mark.parametrize(
+    ("nav2", "told"),
+    [
+        ("", "drive: differential, assumed: the model has 4 wheels only"),
+        ("amcl: {ros__parameters: {robot_model_type: nav2_amcl::OmniMotionModel}}", "omni"),
+        ("controller_server: {ros__parameters: {F: {max_vel_y: 0.2}}}", "omni"),
+        ("controller_server: {ros__parameters: {F: {motion_model: Omni}}}", "omni"),
+        ("controller_server: {ros__parameters: {F: {max_vel_y: 0.0}}}", "differential, assumed"),
+        ("amcl: {ros__parameters: {robot_model_type: differential}}", "differential, assumed"),
+    ],
+)
+def test_a_nav2_file_tells_whether_four_plain_wheels_roll_sideways(tmp_path, nav2, told):
+    sides = ((0.2, 0.25), (0.2, -0.25), (-0.2, 0.25), (-0.2, -0.25))
+    wheels = "".join(wheel(f"wheel_{number}", x, y) for number, (x, y) in enumerate(sides))
+    path = tmp_path / "nav2.yaml"
+    path.write_text(nav2)
+    model = urdf(tmp_path, link(BOX) + wheels)
+    found = describe_robot(model, known=known_base_of([path]))
+    assert ("omnidirectional, as in the Nav2 file" if told == "omni" else told) in (
+        found.check.as_text(300)
+    )
+    assert (found.fields.get("drive", {}).get("type") == "omnidirectional") is (told == "omni")
