@@ -329,7 +329,9 @@ class _Table:
             # Mecanum wheels often look like others.
             kind = OMNIDIRECTIONAL if is_omni else DIFFERENTIAL
             why = "as in the Nav2 file" if is_omni else "assumed"
-            self.add(Status.OTHER_FORM, "drive", f"{kind}, {why}: the model has {found.source} only")
+            self.add(
+                Status.OTHER_FORM, "drive", f"{kind}, {why}: the model has {found.source} only"
+            )
         elif kind:
             turning = ""
             if kind == ACKERMANN:

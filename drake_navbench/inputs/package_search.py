@@ -40,9 +40,9 @@ BASE_FRAME = re.compile(r"^[^#\n]*robot_base_frame\s*:\s*[\"']?/?([\w/]*\w)", re
 MAP_MARKS = re.compile(r"^\s*image\s*:\s*(\S+)", re.MULTILINE)
 # Words in names of files that are parts, or not the wanted file.
 PARTS = re.compile(
-    r"macro|sensor|camera|lidar|laser|wheel(?!chair|ed)|inertia|material|ros2_control|gazebo|"
-    r"gripper|common|properties|plugin|example|mesh|depth|rplidar|realsense|tower|"
-    r"(?<![a-z])(?:arm|imu|oak|stand(?!ard)|test)",
+    r"(?<!with_)(?:macro|sensor|camera|lidar|laser|wheel(?!chair|ed)|inertia|material|ros2_control|"
+    r"gazebo|gripper|common|properties|plugin|example|mesh|depth|rplidar|realsense|tower|"
+    r"(?<![a-z])(?:arm|imu|oak|stand(?!ard)|test))",
 )
 # Words in names of files that another one has replaced.
 REPLACED = re.compile(r"backup|\bbak\b|(^|[_.-])(old|copy|orig(inal)?|deprecated)([_.-]|$)")

@@ -12,6 +12,7 @@ from drake_navbench.inputs.described_robot import describe_robot
 from drake_navbench.inputs.package_search import find_package_files
 from drake_navbench.nav2.known_base import known_base_of
 
+
 def wheel(name, x, y):
     return (
         f'<link name="{name}"/><joint name="{name}_joint" type="continuous">'
@@ -53,7 +54,7 @@ def test_a_model_that_another_has_replaced_is_not_taken_for_its_plugin(tmp_path)
     assert taken(tmp_path, "robot") == "chair_3.urdf"
 
 
-@pytest.mark.parametrize("name", ["wheelchair", "farm_cart", "simulation_cart", "standard_cart"])
+@pytest.mark.parametrize("name", ["wheelchair", "farm_cart", "simulation_cart", "with_sensors"])
 def test_a_robot_s_name_that_contains_a_part_s_name_is_a_robot_s(tmp_path, name):
     """The other model, of the wheels of a cart, comes first by its name."""
     urdf(tmp_path, link(BOX) + WHEELS, "a_wheel.urdf")
