@@ -44,7 +44,8 @@ def with_package(
     left_out: list[str] = []
     nav2 = taken[NAV2]
     if nav2 is not None and NAV2 not in picks:
-        files = [nav2, *(file for file in found.files[NAV2] if file != nav2)]
+        fitting = found.not_of_others(NAV2, taken[ROBOT])
+        files = [nav2, *(file for file in fitting if file != nav2)]
         taken[NAV2], left_out = driven_file(files)
     first = taken[WORLD]
     if first is not None and WORLD not in picks:

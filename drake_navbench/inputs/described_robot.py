@@ -123,7 +123,8 @@ def _described(
     else:
         fields |= table.sensors(found) | table.lidar_by_link(lidar_link(model, base, floor_m))
     fields |= table.layers(fields.get("lidar", {}))
-    fields |= table.drive(drive_of(model, wheels, source.packages, [*source.arguments.values()]))
+    drive = drive_of(model, wheels, source.packages, [*source.arguments.values()])
+    fields |= table.drive(drive, is_omni=known.is_omni)
     table.note_held(held_wheels(model))
     if len(wheels) >= 2:
         table.note_turning(turning_centre(model, wheels), fields)
@@ -132,6 +133,10 @@ def _described(
     height_m = max(body.high_m - floor_m, 0.05)
     check, tells_outline = Check(tuple(table.rows)), body.outline is not None
     return DescribedRobot(fields, check, base, height_m, floor_m, source, tells_outline)
+
+
+# Wheels that cannot be mecanum wheels; of more that only the model tells, mecanum often look alike.
+TWO_WHEELS = "2 wheels"
 
 
 class _Table:
@@ -159,7 +164,7 @@ class _Table:
         """Returns the outline; raises InputError where no part of the input gives one."""
         if body.outline is None:
             nothing = "expected links with collision or visual shapes, found none"
-            why = "; ".join((*body.left_out, *source.model.remarks)) or nothing
+            why = "; ".join(dict.fromkeys((*body.left_out, *source.model.remarks))) or nothing
             if known.outline:
                 self.add(Status.STAND_IN, "footprint", f"{why}; that of the Nav2 file is taken")
                 if known.footprint is None:
@@ -300,8 +305,11 @@ class _Table:
             )
             self.add(Status.DOUBTFUL, "drive", remark)
 
-    def drive(self, found: FoundDrive) -> dict[str, Any]:
-        """Returns the field drive."""
+    def drive(self, found: FoundDrive, *, is_omni: bool = False) -> dict[str, Any]:
+        """Returns the field drive.
+
+        is_omni: whether a Nav2 file takes the base for an omnidirectional one.
+        """
         values, kind = found.values, found.kind
         wheels = [
             f"{text} {values[name]:.4g} m"
@@ -317,6 +325,10 @@ class _Table:
             remark = f"{found.source}: without wheelbase and steering limit; a differential base"
             self.add(Status.STAND_IN, "drive", remark)
             kind = DIFFERENTIAL
+        elif is_omni and kind == DIFFERENTIAL and found.is_guess and found.source != TWO_WHEELS:
+            kind = OMNIDIRECTIONAL
+            remark = f"{kind}, as in the Nav2 file: the model has {found.source} only"
+            self.add(Status.OTHER_FORM, "drive", remark)
         elif kind:
             turning = ""
             if kind == ACKERMANN:

@@ -16,13 +16,15 @@ ORIGIN_MARGIN_M = 0.01
 class KnownBase(NamedTuple):
     """link: of the base, None where nothing names it. footprint: corners (K, 2) m; radius_m: of a
     round robot. Both outlines are None where none is given; a model with shapes has its own.
-    scans: the topics of the scans that the costmaps take.
+    scans: the topics of the scans that the costmaps take. is_omni: whether AMCL takes the base for
+    an omnidirectional one, or a controller drives it sideways.
     """
 
     link: str | None = None
     footprint: tuple[tuple[float, float], ...] | None = None
     radius_m: float | None = None
     scans: tuple[str, ...] = ()
+    is_omni: bool = False
 
     @property
     def outline(self) -> dict[str, Any]:

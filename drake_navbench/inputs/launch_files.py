@@ -39,18 +39,38 @@ class LaunchFiles:
             default=-1,
         )
 
-    def started_with(self, file: Path, others: Sequence[Path]) -> tuple[Path, Path] | None:
+    def launched(self, files: Sequence[Path]) -> set[Path]:
+        """Returns the files, of `files`, that a launch file names.
+
+        Of several with the same name, they are the ones of whose folders it names the most.
+        """
+        folders = {file: self.folders(file) for file in files}
+        most: dict[str, int] = {}
+        for file, count in folders.items():
+            most[file.name] = max(count, most.get(file.name, 0))
+        return {file for file, count in folders.items() if count == most[file.name]}
+
+    def started_with(
+        self, file: Path, others: Sequence[Path], robot: Path | None = None
+    ) -> tuple[Path, Path] | None:
         """Returns the one of `others` that a launch file names beside `file`, and that launch file.
 
-        Of several with the same name, it is the one whose folders the launch file names, of these
-        the one with the fewest others. None where no launch file names both.
+        Of several launch files, it is the one that names `robot`, of these the one that names the
+        most of the file's folders; of several others with the same name, the one whose folders it
+        names, of these the one with the fewest others. None where no launch file names both.
         """
+        pairs = []
         for launch, words in self.words:
             named = [other for other in others if other.name in words]
             if named and _names(words, file.name):
                 told = {other: len(words & {*other.parts}) for other in named}
-                return max(named, key=lambda other: (told[other], -len(other.parts))), launch
-        return None
+                best = max(named, key=lambda other: (told[other], -len(other.parts)))
+                is_robots = robot is not None and _names(words, robot.name)
+                pairs.append(((is_robots, len(words & {*file.parent.parts})), best, launch))
+        if not pairs:
+            return None
+        _, other, launch = max(pairs, key=lambda pair: pair[0])
+        return other, launch
 
     def starting(self, files: Sequence[Path]) -> tuple[Path, Path] | None:
         """Returns the first file that a launch file names, and that launch file; None without."""

@@ -27,12 +27,14 @@ class PackageFiles:
     """files: of each kind, the likeliest first. roots: the folders that were looked through.
 
     launches: their launch files. without_picture: map files that name a picture that is not there.
+    of_move_base: parameter files of ROS 1, which are not read.
     """
 
     roots: tuple[Path, ...]
     files: Mapping[str, tuple[Path, ...]] = field(default_factory=dict)
     launches: LaunchFiles = field(default_factory=LaunchFiles)
     without_picture: tuple[Path, ...] = ()
+    of_move_base: tuple[Path, ...] = ()
 
     def chosen(self, kind: str, pick: int | None) -> Path | None:
         """Returns a kind's file by its number in the list, counted from 1; None without one.
@@ -59,8 +61,7 @@ class PackageFiles:
         found = self.files[kind]
         if robot is None or not found:
             return next(iter(found), None)
-        name = re.compile(rf"(?<![a-z0-9]){re.escape(_name_of(robot))}(?![a-z0-9])")
-        own = [file for file in found if name.search(self._short(file).as_posix().lower())]
+        own = [file for file in found if self._names(file, _name_of(robot))]
         others = [file for file in self.files[ROBOT] if file.parent != robot.parent]
         if not others or (own and _name_of(robot) not in ANY_ROBOT):
             return next(iter((*own, *found)))
@@ -68,6 +69,18 @@ class PackageFiles:
         words = self._words(robot) - {word for file in others for word in self._words(file)}
         own = [together[0]] if together else [*found]
         return max(own, key=lambda file: len(words & self._words(file)))
+
+    def not_of_others(self, kind: str, robot: Path | None) -> list[Path]:
+        """Returns the files of a kind but those that are another robot's, by the names in paths."""
+        if robot is None:
+            return [*self.files[kind]]
+        own = _name_of(robot)
+        others = {_name_of(file) for file in self.files[ROBOT]} - {own, *ANY_ROBOT}
+        return [
+            file
+            for file in self.files[kind]
+            if self._names(file, own) or not any(self._names(file, other) for other in others)
+        ]
 
     def picked(self, texts: Sequence[str]) -> dict[str, Path | None]:
         """Returns the file of each kind by `--pick kind=N`, else the likeliest; None without one.
@@ -81,31 +94,34 @@ class PackageFiles:
         if NAV2 not in picks:
             files[NAV2] = self.fitting(NAV2, files[ROBOT])
         for kind in (MAP, WORLD):
-            together = self._started_with(files[NAV2], kind)
+            together = self._started_with(files, kind)
             if together is not None and kind not in picks:
                 files[kind] = together[0]
             elif kind == MAP and kind not in picks:
-                files[kind] = self._map_beside_world(files[NAV2], files[kind])
+                files[kind] = self._map_beside_world(files)
         return files
 
-    def _map_beside_world(self, nav2: Path | None, likeliest: Path | None) -> Path | None:
+    def _map_beside_world(self, files: Mapping[str, Path | None]) -> Path | None:
         """Returns the map of a Nav2 file whose launch file names no map, but perhaps a world."""
-        together = self._started_with(nav2, WORLD)
+        together = self._started_with(files, WORLD)
         if together is None or len(self.files[MAP]) < 2:
-            return likeliest
+            return files[MAP]
         named = set(re.findall(r"[a-z0-9]+", together[0].stem.lower())) - {WORLD, MAP}
         alike = [file for file in self.files[MAP] if named and named <= self._words(file)]
         return next(iter(alike), None)
 
-    def _started_with(self, nav2: Path | None, kind: str) -> tuple[Path, Path] | None:
-        """Returns the map or world that a launch file starts with a Nav2 file, beside maps no mask.
+    def _started_with(
+        self, taken: Mapping[str, Path | None], kind: str
+    ) -> tuple[Path, Path] | None:
+        """Returns the map or world that a launch file starts with the Nav2 file taken; no mask.
 
         A launch file that adds a mask often names no map.
         """
+        nav2 = taken.get(NAV2)
         if nav2 is None:
             return None
         places = [file for file in self.files[kind] if kind != MAP or not is_mask(file)]
-        return self.launches.started_with(nav2, places or self.files[kind])
+        return self.launches.started_with(nav2, places or self.files[kind], taken.get(ROBOT))
 
     def options(self, picked: Mapping[str, Path | None], nav2: str) -> dict[str, object]:
         """Returns the values of --robot, --map and the option `nav2` that the files give."""
@@ -132,7 +148,7 @@ class PackageFiles:
         for kind in picked:
             found = self.files[kind]
             if not found:
-                told.append(f"{kind}: none found{self._lacking_picture(kind)}")
+                told.append(f"{kind}: none found{self._instead(kind)}")
                 continue
             how = f", another by --pick {kind}=N" if len(found) > 1 else ""
             told.append(f"{kind}: {len(found)} found{how}")
@@ -148,7 +164,7 @@ class PackageFiles:
         return told
 
     def _launched(self, file: Path, kind: str, picked: Mapping[str, Path | None]) -> str:
-        together = self._started_with(picked.get(NAV2), kind) if kind in (MAP, WORLD) else None
+        together = self._started_with(picked, kind) if kind in (MAP, WORLD) else None
         if together and together[0] == file:
             return f" (as in {together[1].name})"
         if kind != WORLD or self.launches.starting([file]):
@@ -156,14 +172,24 @@ class PackageFiles:
         started = self.launches.starting(self.files[WORLD])
         return f" ({started[1].name} starts {started[0].name})" if started else ""
 
+    def _names(self, file: Path, robot: str) -> bool:
+        """Tells whether a file's path has a robot's name in it, between other words."""
+        whole = rf"(?<![a-z0-9]){re.escape(robot)}(?![a-z0-9])"
+        return re.search(whole, self._short(file).as_posix().lower()) is not None
+
     def _words(self, file: Path) -> set[str]:
         return set(re.findall(r"[a-z0-9]+", self._short(file).as_posix().lower()))
 
-    def _lacking_picture(self, kind: str) -> str:
-        if kind != MAP or not self.without_picture:
+    def _instead(self, kind: str) -> str:
+        """Returns a line on files of a kind that are there and cannot be used; '' for none."""
+        files = {MAP: self.without_picture, NAV2: self.of_move_base}.get(kind, ())
+        if not files:
             return ""
-        named = ", ".join(str(self._short(file)) for file in self.without_picture[:MAX_NAMED])
-        return f"; the picture that {named} names is not there"
+        named = ", ".join(str(self._short(file)) for file in files[:MAX_NAMED])
+        if kind == MAP:
+            return f"; the picture that {named} names is not there"
+        more = f" and {len(files) - MAX_NAMED} more" if len(files) > MAX_NAMED else ""
+        return f"; not read, as of ROS 1's move_base: {named}{more}"
 
     def _short(self, file: Path) -> Path:
         root = next(root for root in self.roots if file.is_relative_to(root))

@@ -22,6 +22,7 @@ from drake_navbench.inputs.descriptions.ros_packages import PACKAGE_FILE, files_
 from drake_navbench.inputs.descriptions.world import is_world, read_world
 from drake_navbench.inputs.descriptions.xacro_macro import lacking, robot_macro
 from drake_navbench.inputs.launch_files import read_launch_files
+from drake_navbench.inputs.move_base import is_of_move_base
 from drake_navbench.inputs.package_files import MAP, NAV2, ROBOT, WORLD, PackageFiles, is_mask
 from drake_navbench.typed_files.input_file import read_head_text
 
@@ -39,8 +40,9 @@ BASE_FRAME = re.compile(r"^[^#\n]*robot_base_frame\s*:\s*[\"']?/?([\w/]*\w)", re
 MAP_MARKS = re.compile(r"^\s*image\s*:\s*(\S+)", re.MULTILINE)
 # Words in names of files that are parts, or not the wanted file.
 PARTS = re.compile(
-    r"macro|sensor|camera|lidar|laser|wheel|inertia|material|ros2_control|gazebo|arm|gripper|imu|"
-    r"common|properties|plugin|test|example|mesh|depth|rplidar|realsense|oak|tower|stand",
+    r"(?<!with_)(?:macro|sensor|camera|lidar|laser|wheel(?!chair|ed)|inertia|material|ros2_control|"
+    r"gazebo|gripper|common|properties|plugin|example|mesh|depth|rplidar|realsense|tower|"
+    r"(?<![a-z])(?:arm|imu|oak|stand(?!ard)|test))",
 )
 # Words in names of files that another one has replaced.
 REPLACED = re.compile(r"backup|\bbak\b|(^|[_.-])(old|copy|orig(inal)?|deprecated)([_.-]|$)")
@@ -67,28 +69,41 @@ def find_package_files(roots: Sequence[Path]) -> PackageFiles:
         chosen = [file for file in files if is_one(file)]
         chosen.sort(
             key=lambda f: (
-                *(rank(f)[0], root_of(f), bool(REPLACED.search(f.name.lower()))),
+                *(rank(f)[0], root_of(f), _is_replaced(f)),
                 *(rank(f), len(f.parts), str(f)),
             )
         )
         return tuple(chosen)
 
     launches = read_launch_files(files)
+    maps = [file for file in files if _is_map(file)]
+    worlds = [file for file in files if _is_gazebo_world(file)]
+    launched = launches.launched([*maps, *worlds])
     found = {
         ROBOT: ranked(_is_robot, lambda f: _robot_rank(f, words, launches.folders(f) > 0)),
-        MAP: ranked(_is_map, lambda f: (is_mask(f), launches.folders(f) < 0)),
-        WORLD: ranked(_is_gazebo_world, lambda f: (_is_empty(f), launches.folders(f) < 0)),
+        MAP: ranked(maps.__contains__, lambda f: (is_mask(f), f not in launched)),
+        WORLD: ranked(worlds.__contains__, lambda f: (_is_empty(f), f not in launched)),
     }
     places = (*found[MAP], *found[WORLD])
 
     def nav2_rank(file: Path) -> tuple[object, ...]:
-        named = launches.folders(file, places) if places else -1
-        return *_nav2_rank(file), named < 0, _more(file, words), -named
+        named = launches.folders(file, places)
+        is_separate = SEPARATE.search(file.name.lower()) is not None
+        is_unlikely = is_separate and launches.folders(file) < 0
+        return (
+            *(is_unlikely, _lacks_nav2(file), named < 0, is_separate),
+            *(_more(file, words), -named),
+        )
 
     found[NAV2] = ranked(_is_nav2, nav2_rank)
     found[ROBOT] = _driving_first(found[ROBOT], roots, _base_frames(found[NAV2]))
     lacking_picture = tuple(file for file in files if _is_map(file, has_picture=False))
-    return PackageFiles(tuple(roots), found, launches, lacking_picture)
+    of_move_base = tuple(file for file in files if is_of_move_base(file))
+    return PackageFiles(tuple(roots), found, launches, lacking_picture, of_move_base)
+
+
+def _is_replaced(file: Path) -> bool:
+    return REPLACED.search(file.name.lower()) is not None
 
 
 def _is_robot(file: Path) -> bool:
@@ -102,7 +117,7 @@ def _is_robot(file: Path) -> bool:
         return True
     if not WHOLE_ROBOT.search(text):
         return False
-    if file.suffix not in (".urdf", ".xacro"):
+    if file.suffix not in (".urdf", ".xacro", ".gazebo"):
         return names_drive(text)
     is_plain = file.suffix == ".urdf" and "<link" in text
     return is_plain or BUILDS.search(MACROS.sub("", text)) is not None
@@ -114,7 +129,7 @@ def _robot_rank(file: Path, words: set[str], is_launched: bool) -> tuple[int, bo
     Likely: a file that a launch file names with a folder, that is named like its folder, or that
     includes many others. Unlikely: one of a part, or a world with a robot in it.
     """
-    name = file.name.lower()
+    name = file.name.lower().removesuffix(".gazebo")
     stem = name.partition(".")[0]
     kinds = {".sdf": 2, ".urdf": 1}
     named = stem in words or stem.removesuffix("_robot") in words or stem == "robot"
@@ -199,6 +214,8 @@ def _wheel_places(model: Model) -> list[tuple[int, int]]:
 def _may_replace(file: Path, best: Path, value: tuple[bool, bool, bool]) -> bool:
     """Tells whether a model is a candidate beside the best so far, given the latter's value."""
     has_frame, *senses_or_drives = value
+    if _is_replaced(file) and not _is_replaced(best):
+        return False
     if file.parent == best.parent or not has_frame or _includes(file, best):
         return True
     is_alike = file.suffix != ".sdf" and _package_of(file) == _package_of(best)
@@ -228,9 +245,8 @@ def _is_nav2(file: Path) -> bool:
     return "ros__parameters" in text and NAV2_MARKS.search(text) is not None
 
 
-def _nav2_rank(file: Path) -> tuple[bool, bool]:
-    name = file.name.lower()
-    return SEPARATE.search(name) is not None, "nav2" not in name and "navigation" not in name
+def _lacks_nav2(file: Path) -> bool:
+    return not any(word in file.name.lower() for word in ("nav2", "navigation"))
 
 
 def _more(file: Path, words: set[str]) -> int:

@@ -217,7 +217,7 @@ def _warn_of_kept_cells(preset: Preset, robot: Robot) -> None:
             clears = source.clearing and source.inf_is_valid
             if source.data_type == "LaserScan" and not clears:
                 warnings.warn(
-                    f"controller {preset.name}: {STOPS_FOR_MOVING} sees what moves only in rooms, as "
+                    f"controller {preset.name}: {STOPS_FOR_MOVING} sees what moves only in rooms: "
                     f"beams without a hit clear no cells; for the open set {layer}.{name}."
                     "inf_is_valid and clearing to true in both costmaps",
                     InputWarning,

@@ -11,7 +11,7 @@ from drake_navbench.inputs.robot import Robot
 from drake_navbench.nav2.controllers import listed_plugins
 from drake_navbench.nav2.loadable import OLD_NODE, slips_of, told_of_libraries
 from drake_navbench.nav2.node_names import READ
-from drake_navbench.nav2.node_reader import Rows
+from drake_navbench.nav2.node_reader import Rows, similar_name_hint
 from drake_navbench.nav2.parameters import PARAMETERS_KEY, Node, Section
 from drake_navbench.plugins.releases import Release
 from drake_navbench.typed_files.dotted_names import flattened
@@ -135,6 +135,8 @@ def _fate_of_section(name: str, namespace: str, release: str) -> tuple[Status, s
         return Status.UNREAD, f"the node is called {name}/{name}"
     if any(name.endswith(f"/{other}") or name == other for other in READ):
         return Status.STAND_IN, f"another namespace; only that of '{namespace or '/'}' is read"
+    if hint := similar_name_hint(name, READ):
+        return Status.UNREAD, f"unknown node{hint}"
     return Status.NO_MEANING, ""
 
 

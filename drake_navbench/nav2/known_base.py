@@ -6,13 +6,16 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from drake_navbench.inputs.known_base import KnownBase
+from drake_navbench.nav2.controllers import SERVER
 from drake_navbench.nav2.costmaps import GLOBAL_COSTMAP, LOCAL_COSTMAP
 from drake_navbench.nav2.outline import are_corners, parse_points
 from drake_navbench.nav2.parameters import Node, nodes_called, read_parameter_file
 
+AMCL = "amcl"
+
 
 def known_base_of(paths: Sequence[Path]) -> KnownBase:
-    """Returns the robot's base in Nav2 files: its link, the costmaps' outline and scans."""
+    """Returns the robot's base in Nav2 files: link, outline, scans, and whether it is an omni."""
     sections = [section for path in paths for section in read_parameter_file(path).sections]
     nodes = [
         node for name in (LOCAL_COSTMAP, GLOBAL_COSTMAP) for node in nodes_called(name, sections)
@@ -23,7 +26,21 @@ def known_base_of(paths: Sequence[Path]) -> KnownBase:
     outlines = [outline for node in nodes for outline in (_outline_in(node),) if outline]
     scans = tuple(dict.fromkeys(topic for node in nodes for topic in _scans_of(node)))
     known = outlines[0] if outlines else KnownBase()
-    return known._replace(link=links[0] if links else None, scans=scans)
+    is_omni = any(map(_is_omni, nodes_called(AMCL, sections))) or any(
+        map(_drives_sideways, nodes_called(SERVER, sections))
+    )
+    return known._replace(link=links[0] if links else None, scans=scans, is_omni=is_omni)
+
+
+def _is_omni(amcl: Node) -> bool:
+    return "omni" in str(amcl.get("robot_model_type")).lower()
+
+
+def _drives_sideways(server: Node) -> bool:
+    """Tells whether DWB may drive sideways, or MPPI has a motion model that does."""
+    ends = {name.rpartition(".")[2]: entry.value for name, entry in server.parameters.items()}
+    most = ends.get("max_vel_y")
+    return ends.get("motion_model") == "Omni" or (isinstance(most, int | float) and most > 0.0)
 
 
 def _scans_of(node: Node) -> Iterator[str]:

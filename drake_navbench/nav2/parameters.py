@@ -29,6 +29,8 @@ from drake_navbench.typed_files.yaml_loader import MergesByDefinition, made, req
 
 LAUNCH_SUFFIXES = (".py", ".xml", ".launch")
 PARAMETERS_KEY = "ros__parameters"
+# Another spelling of it, with which ROS does not read the file.
+MISSPELT_KEY = re.compile(r"_*ros_*param\w*", re.IGNORECASE)
 # A patch, a check and a trial of the doctor each read the same few texts several times.
 TEXTS_REMEMBERED = 16
 MERGE_TAG = "tag:yaml.org,2002:merge"
@@ -217,6 +219,9 @@ class _Reader:
         if not isinstance(node, yaml.MappingNode):
             return
         for key, value in self._entries(node, name.lstrip("/")):
+            if key != PARAMETERS_KEY and MISSPELT_KEY.fullmatch(key):
+                named = next(entry for entry, _ in node.value if _text(entry) == key)
+                raise _fault(f"expected {PARAMETERS_KEY}, got {key!r}", named)
             if key != PARAMETERS_KEY:
                 yield from self._sections_below(value, f"{name}/{key.strip('/')}")
             elif name:

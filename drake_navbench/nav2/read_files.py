@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import CheckRow, Status
+from drake_navbench.inputs.move_base import MOVE_BASE_FILE, is_of_move_base
 from drake_navbench.nav2.node_reader import Rows
 from drake_navbench.nav2.parameters import (
     PARAMETERS_KEY,
@@ -43,7 +44,8 @@ def read_sections(
         else:
             file = read_parameter_file(path, prepare)
         if not file.sections:
-            raise InputError(f"{path}: no node with {PARAMETERS_KEY}; expected a Nav2 file")
+            what = MOVE_BASE_FILE if is_of_move_base(path) else "expected a Nav2 file"
+            raise InputError(f"{path}: no node with {PARAMETERS_KEY}; {what}")
         sections += file.sections
         for number, remark in enumerate(file.remarks):
             row = CheckRow(Status.OTHER_FORM, path.name, "", remark.removeprefix(f"{path}, "))

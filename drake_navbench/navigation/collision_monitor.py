@@ -313,7 +313,7 @@ class CollisionMonitor:
         return state, _scaled(command, _limit_ratio(shape, command))
 
     def _enough_to_stop(self, shape: MonitorShape) -> int:
-        """Returns how many points in the shape of an approach stop the robot.
+        """Returns the least number of points in the shape of an approach that stops the robot.
 
         In Humble as many as `max_points`, while on the way more than these count.
         """

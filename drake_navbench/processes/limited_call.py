@@ -21,6 +21,8 @@ from drake_navbench.errors import InputError, NavbenchError, as_line, one_line
 GIGABYTE = 2**30
 MEMORY_LIMIT_BYTES = GIGABYTE
 TIME_LIMIT_S = 30
+# A busy computer gives a process less than a processor's time: so many times longer it may take.
+WAITING = 5
 # The last line that a child prints when its memory did not suffice.
 OUT_OF_MEMORY = "out of memory"
 # One thread: each thread of a numerical library reserves memory that counts against the limit.
@@ -39,8 +41,8 @@ def call_limited(
     """Calls `package.module:function` with an argument in a new process; returns its result.
 
     source: the name of the file that the function reads, for errors. folder: the working folder of
-    the process. Raises InputError, one line, where the function raises, or where it exceeds its
-    memory or time.
+    the process. time_s: processor time; the call itself may last `WAITING` times as long. Raises
+    InputError, one line, where the function raises, or where it exceeds its memory or time.
     """
     command = [sys.executable, "-m", __name__, function, str(memory_bytes), str(time_s)]
     # The child is to find the package in the same place as this process.
@@ -52,11 +54,11 @@ def call_limited(
             capture_output=True,
             cwd=folder,
             env={**os.environ, **ONE_THREAD, "PYTHONPATH": paths},
-            timeout=time_s,
+            timeout=WAITING * time_s,
             check=False,
         )
     except subprocess.TimeoutExpired as error:
-        raise InputError(f"{source}: not read within {time_s} s") from error
+        raise InputError(f"{source}: not read within {WAITING * time_s} s") from error
     try:
         answer = json.loads(done.stdout)
     except ValueError:

@@ -33,6 +33,12 @@ EXTRA_FIELD = "extra_forbidden"
 UNKNOWN_FIELD = "unknown_field"
 
 Location = tuple[int | str, ...]
+# A line that git writes into a file with a conflict.
+MERGE_MARK = re.compile(r"(?:<{7}|={7}|>{7}|\|{7})(?:\s|$)")
+# What YAML says of a line without a key, at the next line; a line with a key, or of a list or text.
+NO_KEY = ("mapping values are not allowed", "could not find expected ':'")
+NO_SLIP = re.compile(r":(?:\s|$)|^\s*[-\[\]{}'\"]|[,\]}'\"]\s*$")
+MOST_SHOWN = 60
 # The beginnings of XML: a declaration, a comment, or an element with an attribute or a child; not
 # the `<name>:` of a template.
 XML_START = re.compile(r"\s*<(\?xml|!--|[\w:.-]+\s+[\w:.-]+\s*=|[\w:.-]+>\s*<)")
@@ -102,10 +108,31 @@ def yaml_fault(error: yaml.YAMLError, source: str, text: str) -> InputError:
     problem = str(getattr(error, "problem", None) or getattr(error, "reason", "not YAML"))
     if problem.startswith("but "):
         problem = f"{getattr(error, 'context', '')}, {problem}".lstrip(", ")
-    faulty = text.split("\n")[mark.line : mark.line + 1] if mark else []
+    rows = text.split("\n")[: mark.line + 1] if mark else []
+    faulty = rows[-1:]
     if any(row.lstrip(" ").startswith("\t") for row in faulty):
         problem = "is indented by a tab; expected spaces"
+    elif slip := _slip(problem, rows):
+        return InputError(f"{source}, {slip}")
     return InputError(f"{source}{line}: {problem}")
+
+
+def _slip(problem: str, rows: Sequence[str]) -> str:
+    """Returns the line and text of a slip above the place where YAML noticed it; '' for another.
+
+    rows: the lines up to that place.
+    """
+    for number, row in enumerate(rows, start=1):
+        if MERGE_MARK.match(row):
+            return f"line {number}: a mark of a merge conflict, got {row[:MOST_SHOWN]!r}"
+    above = [(number, row) for number, row in enumerate(rows[:-1], start=1) if row.strip()]
+    if not above or not problem.startswith(NO_KEY):
+        return ""
+    number, row = above[-1]
+    got = f"got {row.strip(' ')[:MOST_SHOWN]!r}"
+    if row.lstrip(" ").startswith("\u00a0"):
+        return f"line {number}: is indented by a no-break space; expected spaces, {got}"
+    return "" if NO_SLIP.search(row) else f"line {number}: expected 'name: value', {got}"
 
 
 def place_in(text: str, source: str, location: Sequence[int | str]) -> str:

@@ -365,6 +365,21 @@ def test_wheels_that_a_plugin_tells_otherwise_than_the_model_are_doubtful(tmp_pa
     assert drive(path).differs == "radius 0.3 m, that of the model's wheels is 0.1 m"
 
 
+def test_a_plugin_that_moves_the_body_reads_nothing_of_its_wheels(tmp_path):
+    """Copies of a mecanum plugin keep its wheels' values, which planar_move does not have."""
+    wheels = [wheel(n, y, CYLINDER.format(0.1)) for n, y in (("left", 0.2), ("right", -0.2))]
+    plugin = (
+        '<gazebo><plugin filename="libgazebo_ros_planar_move.so" name="d">'
+        "<wheel_radius>0.04</wheel_radius><wheel_separation>0.6</wheel_separation>"
+        "</plugin></gazebo>"
+    )
+    found = drive(robot(tmp_path, *wheels, plugin))
+    assert found.kind == "omnidirectional"
+    assert found.differs == ""
+    assert found.values["wheel_radius_m"] == pytest.approx(0.1)
+    assert found.values["wheel_separation_m"] == pytest.approx(0.4)
+
+
 def test_ros2_control_may_bound_the_steering_more_than_its_joints(tmp_path):
     """Axles 0.4 m apart; joints turn by 1.2 rad, commands by 0.6: 0.4 m / tan(0.6) = 0.585 m."""
     steering = (

@@ -243,3 +243,10 @@ def test_what_is_no_parameter_file_is_one_line(read, text, message):
         read(text)
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("key", ["ros_parameters", "ros__params", "ROS__parameters"])
+def test_a_misspelt_ros_parameters_is_refused(read, key):
+    """ROS refuses such a file: it expects no value above ros__parameters."""
+    with pytest.raises(InputError, match=rf"line 2: expected ros__parameters, got '{key}'"):
+        read(f"controller_server:\n  {key}:\n    a: 1\n")

@@ -110,6 +110,23 @@ def test_an_indentation_by_a_tab_is_named():
         parse_yaml("a:\n\tb: 1\n", "task.yaml")
 
 
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ("a: 1\nrate 20\nb: 2\n", r"line 2: expected 'name: value', got 'rate 20'"),
+        ("a: 1\nrate:20\n\nb: 2\n", r"line 2: expected 'name: value', got 'rate:20'"),
+        ("a:\n  b: 1\n\u00a0 c: 2\n  d: 3\n", "line 3: is indented by a no-break space"),
+        (
+            "a: 1\n<<<<<<< HEAD\nb: 1\n=======\nb: 2\n>>>>>>> theirs\n",
+            "line 2: a mark of a merge conflict, got '<<<<<<< HEAD'",
+        ),
+    ],
+)
+def test_a_slip_is_named_where_it_is_and_not_where_yaml_notices_it(text, fault):
+    with pytest.raises(InputError, match=f"^task.yaml, {fault}"):
+        parse_yaml(text, "task.yaml")
+
+
 def test_a_list_at_the_top_is_refused():
     with pytest.raises(InputError, match="expected a mapping of fields to values, got list"):
         parse_yaml("- 1", "task.yaml")

@@ -24,6 +24,8 @@ KINDS = (
     ("skid_steer", DIFFERENTIAL),
     ("skid-steer", DIFFERENTIAL),
 )
+# Plugins that move the body itself, and read nothing of its wheels.
+BODY_MOVERS = ("planar_move", "planar-move", "velocity-control")
 # The largest angle of the steering, rad, on the way to the turning radius.
 STEERING = "steering_limit_rad"
 

@@ -16,6 +16,7 @@ from drake_navbench.inputs.descriptions.control_files import (
 )
 from drake_navbench.inputs.descriptions.drive_kinds import (
     ACKERMANN,
+    BODY_MOVERS,
     STEERING,
     FoundDrive,
     kind_of,
@@ -97,6 +98,8 @@ def _by_plugin(model: Model) -> FoundDrive | None:
                 (part.text or "").strip() for part in plugin.element.iter() if "steer" in part.tag
             )
             values = _plugin_values(plugin.element, kind)
+            if any(word in name.lower() for word in BODY_MOVERS):
+                values = {n: value for n, value in values.items() if not n.startswith("wheel_")}
             return FoundDrive(kind, name, values, steering=steering)
     return None
 

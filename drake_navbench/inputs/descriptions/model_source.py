@@ -22,10 +22,13 @@ from drake_navbench.inputs.descriptions.xml_file import read_xml, text_of
 from drake_navbench.typed_files.input_file import MEGABYTE, read_input
 
 MAX_FILE_BYTES = 64 * MEGABYTE
-# A world is the robot that stands in it. A .model is URDF or SDF, by its root element.
-MODEL_SUFFIXES = (".urdf", ".sdf", ".world", ".model", XACRO)
+# A world is the robot that stands in it. A .model is URDF or SDF, by its root element. A .gazebo is
+# xacro: some robots' whole files are called so.
+MODEL_SUFFIXES = (".urdf", ".sdf", ".world", ".model", ".gazebo", XACRO)
 # Text that only xacro gives a meaning, also in files called .urdf.
 XACRO_MARKS = re.compile(r"<xacro:|=\s*[\"'][^\"']*\$[{(]")
+# The link with which a robot's own file begins, or that of the file which it includes.
+BASES = {"base_link", "base_footprint"}
 # The root elements of other simulators' files; see docs/robots.md.
 OTHERS = {"mujoco": "MuJoCo", "mujocoinclude": "MuJoCo"}
 
@@ -56,7 +59,7 @@ def read_source(
     """
     packages = Packages(path, folders, is_own=is_drawing(path))
     text = read_input(path, max_bytes=MAX_FILE_BYTES).decode(errors="replace")
-    written, left_out = clearpath_xacro(path, packages) if is_clearpath(path) else (None, [])
+    written, unmounted = clearpath_xacro(path, packages) if is_clearpath(path) else (None, [])
     is_xacro = path.suffix == XACRO or XACRO_MARKS.search(text) is not None
     is_expanded = written is not None or is_xacro
     expanded = (
@@ -64,9 +67,14 @@ def read_source(
     )
     root = read_xml(expanded.text.encode(), str(path))
     model = read_urdf(root, packages) if root.tag == "robot" else _sdf_model(root, path, packages)
-    if not model.links:
-        raise InputError(f"{path}: cannot be read as a robot's model: expected links, found none")
-    model.remarks += [*expanded.remarks, *left_out, *number_remarks(root)]
+    absent = BASES & {joint.parent for joint in model.joints} - model.links.keys()
+    left_out = [remark for remark in expanded.remarks if remark.startswith("left out")]
+    if not model.links or (absent and left_out):
+        where = "".join(f"; {remark}" for remark in left_out)
+        found = f"no link {min(absent)}" if model.links else "none"
+        what = "cannot be read as a robot's model: expected links"
+        raise InputError(f"{path}: {what}, found {found}{where}")
+    model.remarks += [*expanded.remarks, *unmounted, *number_remarks(root)]
     return Source(path, model, root, packages, expanded.arguments, is_expanded)
 
 

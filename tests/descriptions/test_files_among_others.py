@@ -1,0 +1,200 @@
+"""`run --package DIR` among files that another has replaced, of other robots and of ROS 1."""
+
+from __future__ import annotations
+
+import pytest
+from descriptions_scenes import BOX, link, urdf
+
+from drake_navbench.campaign.package_arguments import with_package
+from drake_navbench.commands.run import build_parser
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.described_robot import describe_robot
+from drake_navbench.inputs.package_search import find_package_files
+from drake_navbench.nav2.known_base import known_base_of
+
+
+def wheel(name, x, y):
+    return (
+        f'<link name="{name}"/><joint name="{name}_joint" type="continuous">'
+        f'<parent link="base_link"/><child link="{name}"/><origin xyz="{x} {y} 0"/>'
+        '<axis xyz="0 1 0"/></joint>'
+    )
+
+
+WHEELS = wheel("left_wheel", 0, 0.25) + wheel("right_wheel", 0, -0.25)
+DRIVE = '<gazebo><plugin name="drive" filename="libgazebo_ros_diff_drive.so"/></gazebo>'
+NAV2 = (
+    "controller_server:\n  ros__parameters:\n    controller_plugins: [FollowPath]\n"
+    "    FollowPath: {plugin: '%s'}\n"
+)
+RPP = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
+
+
+def written(root, files):
+    for name, text in files.items():
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        (root / name).write_text(text)
+    return root
+
+
+def maps(*names):
+    return {f"{n}.yaml": "image: m.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n" for n in names} | {
+        f"{n.rpartition('/')[0]}/m.pgm": "P2 2 2 255\n0 0 0 0\n" for n in names
+    }
+
+
+def taken(root, kind):
+    """Returns the path, in the repository, of the file of a kind that is taken."""
+    return find_package_files([root]).picked([])[kind].relative_to(root).as_posix()
+
+
+def test_a_model_that_another_has_replaced_is_not_taken_for_its_plugin(tmp_path):
+    urdf(tmp_path, link(BOX) + WHEELS + DRIVE, "old.urdf")
+    urdf(tmp_path, link(BOX) + WHEELS, "chair_3.urdf")
+    assert taken(tmp_path, "robot") == "chair_3.urdf"
+
+
+@pytest.mark.parametrize("name", ["wheelchair", "farm_cart", "simulation_cart", "with_sensors"])
+def test_a_robot_s_name_that_contains_a_part_s_name_is_a_robot_s(tmp_path, name):
+    """The other model, of the wheels of a cart, comes first by its name."""
+    urdf(tmp_path, link(BOX) + WHEELS, "a_wheel.urdf")
+    urdf(tmp_path, link(BOX) + WHEELS, f"{name}.urdf")
+    assert taken(tmp_path, "robot") == f"{name}.urdf"
+
+
+def test_a_whole_robot_may_be_called_gazebo(tmp_path):
+    urdf(tmp_path, link(BOX) + WHEELS, "cart.xacro")
+    include = '<xacro:include filename="cart.xacro"/>'
+    written(
+        tmp_path,
+        {
+            "cart.gazebo": f'<robot name="c" xmlns:xacro="http://ros.org/x">{include}{DRIVE}</robot>',
+            "launch/a.launch.py": "'cart.xacro'",
+        },
+    )
+    assert taken(tmp_path, "robot") == "cart.gazebo"
+    told = describe_robot(tmp_path / "cart.gazebo").check.as_text(300)
+    assert "drive (differential, by libgazebo_ros_diff_drive.so)" in told
+
+
+def test_a_robot_whose_base_is_in_a_missing_package_is_refused_with_its_name(tmp_path):
+    include = '<xacro:include filename="$(find body_description)/urdf/body.xacro"/>'
+    mount = '<link name="imu"/><joint name="j" type="fixed"><parent link="base_link"/>'
+    mount += '<child link="imu"/></joint>'
+    path = tmp_path / "cart.xacro"
+    path.write_text(f'<robot name="c" xmlns:xacro="http://ros.org/x">{include}{mount}</robot>')
+    with pytest.raises(InputError, match="found no link base_link; left out what the package body"):
+        describe_robot(path)
+
+
+def test_a_body_without_any_link_names_the_missing_package(tmp_path):
+    include = '<xacro:include filename="$(find body_description)/urdf/body.xacro"/>'
+    path = tmp_path / "cart.xacro"
+    path.write_text(f'<robot name="c" xmlns:xacro="http://ros.org/x">{include}</robot>')
+    with pytest.raises(InputError, match="found none; left out what the package body_description"):
+        describe_robot(path)
+
+
+def test_of_two_maps_with_one_name_the_launched_one_is_taken(tmp_path):
+    urdf(tmp_path, link(BOX) + WHEELS + DRIVE)
+    files = maps("a/maps/yard", "navigation/maps/yard/yard")
+    launch = '<arg name="map" default="$(find navigation)/maps/yard/yard.yaml"/>'
+    written(tmp_path, files | {"navigation/launch/nav.launch": launch})
+    assert taken(tmp_path, "map") == "navigation/maps/yard/yard.yaml"
+
+
+def test_the_launch_file_of_the_nav2_file_s_own_folder_gives_the_map(tmp_path):
+    """Both folders have files of the same names, and launch files that name them."""
+    urdf(tmp_path, link(BOX) + WHEELS + DRIVE)
+    files = maps("cart_a/maps/map", "cart_b/maps/map")
+    for folder in ("cart_a", "cart_b"):
+        files[f"{folder}/param/nav2.yaml"] = NAV2 % RPP
+    for launch, folder in (("a", "cart_b"), ("b", "cart_a")):
+        files[f"launch/{launch}.launch.py"] = f"'{folder}', 'param', 'nav2.yaml', 'maps/map.yaml'"
+    written(tmp_path, files)
+    assert taken(tmp_path, "nav2") == "cart_a/param/nav2.yaml"
+    assert taken(tmp_path, "map") == "cart_a/maps/map.yaml"
+
+
+def test_the_launch_file_of_the_robot_gives_the_map(tmp_path):
+    urdf(tmp_path, link(BOX) + WHEELS + DRIVE)
+    files = maps("maps/yard", "maps/barn") | {
+        "params/nav2.yaml": NAV2 % RPP,
+        "launch/a.launch.py": "'nav2.yaml', 'yard.yaml', 'other.urdf'",
+        "launch/b.launch.py": "'nav2.yaml', 'barn.yaml', 'cart.urdf'",
+    }
+    assert taken(written(tmp_path, files), "map") == "maps/barn.yaml"
+
+
+@pytest.mark.parametrize("launched", ["map", "slam"])
+def test_a_launched_nav2_file_counts_more_than_its_name(tmp_path, launched):
+    """A file with slam in its name is often one for mapping alone, but not where it is launched."""
+    urdf(tmp_path, link(BOX) + WHEELS + DRIVE)
+    files = {f"nav2_with_{name}.yaml": NAV2 % RPP for name in ("map", "slam")}
+    files |= maps("maps/map") | {"launch/a.launch.py": f"'nav2_with_{launched}.yaml', 'map.yaml'"}
+    assert taken(written(tmp_path, files), "nav2") == f"nav2_with_{launched}.yaml"
+
+
+@pytest.mark.parametrize(("other", "used"), [("big", "cart"), ("spare", "spare")])
+def test_a_nav2_file_of_another_robot_is_no_substitute(tmp_path, other, used):
+    """The cart's own file has a controller of its authors; `big` is a robot, `spare` is none."""
+    for name in ("cart", "big"):
+        (tmp_path / "robots" / name).mkdir(parents=True)
+        urdf(tmp_path / "robots" / name, link(BOX) + WHEELS + DRIVE, f"{name}.urdf")
+    written(
+        tmp_path,
+        {
+            "config/cart/nav2.yaml": NAV2 % "their_planner::TheirPlanner",
+            f"config/{other}/nav2.yaml": NAV2 % RPP,
+            "launch/a.launch.py": "'robots/cart/cart.urdf'",
+        },
+    )
+    parser = build_parser()
+    words = parser.parse_args(["--package", str(tmp_path)])
+    arguments, lines = with_package(words, parser.get_default("robot"))
+    assert [path.parent.name for path in arguments.nav2] == [used]
+    assert any("left out, the next Nav2 file" in line for line in lines) is (used == "spare")
+
+
+def test_files_of_move_base_are_told(tmp_path):
+    urdf(tmp_path, link(BOX) + WHEELS + DRIVE)
+    files = {
+        f"param/{name}.yaml": f"{key}: 1\n"
+        for name, key in (
+            ("a", "obstacle_range"),
+            ("b", "TebLocalPlannerROS"),
+            ("c", "  planner_patience"),
+            ("d", "base_local_planner"),
+            ("e", "x"),
+        )
+    }
+    found = find_package_files([written(tmp_path, files)])
+    (line,) = (line for line in found.lines(found.picked([])) if line.startswith("nav2:"))
+    assert line == (
+        "nav2: none found; not read, as of ROS 1's move_base: param/a.yaml, param/b.yaml, "
+        "param/c.yaml and 1 more"
+    )
+
+
+@pytest.mark.parametrize(
+    ("nav2", "told"),
+    [
+        ("", "drive: differential, by 4 wheels"),
+        ("amcl: {ros__parameters: {robot_model_type: nav2_amcl::OmniMotionModel}}", "omni"),
+        ("controller_server: {ros__parameters: {F: {max_vel_y: 0.2}}}", "omni"),
+        ("controller_server: {ros__parameters: {F: {motion_model: Omni}}}", "omni"),
+        ("controller_server: {ros__parameters: {F: {max_vel_y: 0.0}}}", "differential, by 4"),
+        ("amcl: {ros__parameters: {robot_model_type: differential}}", "differential, by 4"),
+    ],
+)
+def test_a_nav2_file_tells_whether_four_plain_wheels_roll_sideways(tmp_path, nav2, told):
+    sides = ((0.2, 0.25), (0.2, -0.25), (-0.2, 0.25), (-0.2, -0.25))
+    wheels = "".join(wheel(f"wheel_{number}", x, y) for number, (x, y) in enumerate(sides))
+    path = tmp_path / "nav2.yaml"
+    path.write_text(nav2)
+    model = urdf(tmp_path, link(BOX) + wheels)
+    found = describe_robot(model, known=known_base_of([path]))
+    assert ("omnidirectional, as in the Nav2 file" if told == "omni" else told) in (
+        found.check.as_text(300)
+    )
+    assert (found.fields.get("drive", {}).get("type") == "omnidirectional") is (told == "omni")
