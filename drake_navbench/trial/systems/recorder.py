@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Self
+from typing import Any
 
 import numpy as np
 from pydrake.common.value import AbstractValue
@@ -16,7 +16,6 @@ from drake_navbench.kernels.poses import place_point
 from drake_navbench.kernels.scan import Scan
 from drake_navbench.logs.log import ODOMETRY_COLUMNS
 from drake_navbench.trial.systems.clearance import DISTANCE_COUNT
-from drake_navbench.trial.systems.controller_server import ServerState
 from drake_navbench.trial.systems.diagnostics import (
     ARRAY_PERIOD_S,
     is_array,
@@ -32,7 +31,6 @@ from drake_navbench.trial.systems.ports import (
     read_object,
     value_or_none,
 )
-from drake_navbench.trial.systems.tree_navigator import NavigatorState
 
 # The period at which the people's places are kept, and by how much the clock may fall short of it,
 # s.
@@ -49,19 +47,6 @@ RECORDED_COLUMNS = (
     *("clearance_m", "obstacle_cell_distance_m", "obstacle_corner_distance_m"),
     *("cycle_count", "compute_time_ms", "compute_cpu_time_ms"),
 )
-
-
-class SeenObjects(NamedTuple):
-    """The objects that a sample sees, None where there is none yet or nothing is connected."""
-
-    server: ServerState
-    scan: Scan | None
-    navigator: NavigatorState | None
-    costmap: Costmap | None
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
-        """Returns itself: none of the objects ever changes."""
-        return self
 
 
 @dataclass
@@ -84,21 +69,6 @@ class Recording:
     people: list[tuple[float, np.ndarray]] = field(default_factory=list)
     noted_cycle: int = 0
     arrays_due_s: float = 0.0
-    seen: SeenObjects | None = None
-
-    def note_objects(self, time_s: float, seen: SeenObjects) -> None:
-        """Keeps of the objects of a sample those that the sample before did not see."""
-        if seen is self.seen:
-            return
-        self.seen = seen
-        scan, costmap = seen.scan, seen.costmap
-        if scan is not None and (not self.scans or self.scans[-1] is not scan):
-            self.scans.append(scan)
-        self.note(time_s, seen.server.cycle_count, seen.server.diagnostics)
-        if seen.navigator is not None:
-            self.add_events(seen.navigator.events)
-        if costmap is not None and (not self.costmaps or self.costmaps[-1] is not costmap):
-            self.costmaps.append(costmap)
 
     def note(self, time_s: float, cycle: int, diagnostics: Mapping[str, Any]) -> None:
         """Keeps a control cycle's diagnostics, unless they were noted before."""
@@ -137,7 +107,6 @@ class Recording:
         self.diagnostics = [(min(noted_s, time_s), left) for noted_s, left in self.diagnostics]
         self.costmaps = [costmap for costmap in self.costmaps if costmap.stamp_s <= time_s]
         self.people = [entry for entry in self.people if entry[0] <= time_s]
-        self.seen = None
 
     def columns(self) -> dict[str, np.ndarray]:
         """Returns the samples by column."""
@@ -182,13 +151,6 @@ class Recorder(LeafSystem):
         self._scan_port = declare_object_input(self, "scan")
         self._navigator_port = declare_object_input(self, "navigator_state")
         self._costmap_port = declare_object_input(self, "costmap")
-        objects = (self._server_port, self._scan_port, self._navigator_port, self._costmap_port)
-        # Most samples see the same objects as the one before, and ask for all of them at once.
-        self._seen = self.DeclareCacheEntry(
-            "seen",
-            ValueProducer(lambda: AbstractValue.Make(object()), weakly_bound(self._calc_seen)),
-            {self.input_port_ticket(port.get_index()) for port in objects},
-        )
         self.DeclarePeriodicPublishEvent(period_s, 0.0, weakly_bound(self.record))
         self.DeclareForcedPublishEvent(weakly_bound(self.record))
 
@@ -200,8 +162,7 @@ class Recorder(LeafSystem):
         """Takes one sample; a time already sampled is replaced."""
         recording = self._recording.Eval(context)
         time_s = context.get_time()
-        seen: SeenObjects = self._seen.Eval(context)
-        server = seen.server
+        server = read_object(self._server_port, context)
         row: tuple[float | np.ndarray, ...] = (
             time_s,
             self._signals_port.Eval(context),
@@ -218,14 +179,15 @@ class Recorder(LeafSystem):
         if self._people_port is not None and recording.wants_people(time_s):
             poses = self._people_port.Eval(context).reshape(-1, POSE_SIZE)
             recording.people.append((time_s, poses))
-        recording.note_objects(time_s, seen)
-
-    def _calc_seen(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(
-            SeenObjects(
-                read_object(self._server_port, context),
-                read_object(self._scan_port, context),
-                value_or_none(self._navigator_port, context),
-                value_or_none(self._costmap_port, context),
-            )
-        )
+        scan = read_object(self._scan_port, context)
+        if scan is not None and (not recording.scans or recording.scans[-1] is not scan):
+            recording.scans.append(scan)
+        recording.note(time_s, server.cycle_count, server.diagnostics)
+        navigator = value_or_none(self._navigator_port, context)
+        if navigator is not None:
+            recording.add_events(navigator.events)
+        costmap = value_or_none(self._costmap_port, context)
+        if costmap is not None and (
+            not recording.costmaps or recording.costmaps[-1] is not costmap
+        ):
+            recording.costmaps.append(costmap)
