@@ -163,4 +163,3 @@ def lost_trials(contest: Contest) -> list[LostTrial]:
         )
         for identity in sorted(errors[1] | missing[1])
     ]
-

@@ -6,12 +6,14 @@ import gc
 import json
 import os
 import shutil
+import signal
 import sys
 import tempfile
 import textwrap
 import tomllib
 import warnings
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from functools import wraps
 from importlib import import_module
 from multiprocessing import forkserver
@@ -189,7 +191,8 @@ def _calls_forked() -> Iterator[Callable[..., Any]]:
     def forked(
         function: str, argument: Any, folder: Path | None, memory_bytes: int, time_s: int
     ) -> Any:
-        import_module(function.partition(":")[0])
+        with suppress(ImportError):
+            import_module(function.partition(":")[0])
         reader, writer = os.pipe()
         with warnings.catch_warnings():
             # Newer Pythons warn of the threads of libraries, which the child does not use.
@@ -197,6 +200,7 @@ def _calls_forked() -> Iterator[Callable[..., Any]]:
             child = os.fork()
         if child == 0:
             try:
+                signal.alarm(time_s)
                 os.chdir(folder or ".")
                 with open(writer, "w", encoding="utf-8") as file:
                     file.write(limited._answer(function, json.dumps(argument)))

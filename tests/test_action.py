@@ -111,9 +111,7 @@ class Runner:
             self.outputs[step["id"]] = {key: value for key, _, value in lines}
         return done
 
-    def _run_script(
-        self, script: Path, env: dict[str, str]
-    ) -> subprocess.CompletedProcess[str]:
+    def _run_script(self, script: Path, env: dict[str, str]) -> subprocess.CompletedProcess[str]:
         """Runs a step's script, and answers what it asks of `python -m drake_navbench`."""
         out, err = (self.folder / name for name in ("stdout", "stderr"))
         with out.open("w") as to_out, err.open("w") as to_err:

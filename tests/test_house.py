@@ -208,7 +208,9 @@ IMPORT = re.compile(r"^\s*(?:from\s+(\w+)|import\s+(.+))", re.MULTILINE)
 def perhaps_imported_by(source: str) -> set[str]:
     """Returns all names that `imported_by` may return, sooner."""
     lists = (one or many for one, many in IMPORT.findall(source))
-    names = {name.strip().partition(".")[0].split(" ")[0] for some in lists for name in some.split(",")}
+    names = {
+        name.strip().partition(".")[0].split(" ")[0] for some in lists for name in some.split(",")
+    }
     return names - sys.stdlib_module_names - NEWER_STANDARD_LIBRARY
 
 

@@ -121,7 +121,9 @@ def test_a_gap_that_the_plan_leads_through_has_obstacles_on_either_side():
 
 
 def test_a_single_cell_on_the_line_is_passed():
-    record = drive(make(), SHORT, [(2.0, -0.03, 2.04, 0.03)], duration_s=20.0, start=(0.4, 0.0, 0.0))
+    record = drive(
+        make(), SHORT, [(2.0, -0.03, 2.04, 0.03)], duration_s=20.0, start=(0.4, 0.0, 0.0)
+    )
     assert record.outcome == "succeeded"
 
 
