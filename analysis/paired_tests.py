@@ -28,6 +28,7 @@ from drake_navbench.analysis.paired_trials import (
     Contest,
     LostTrial,
     PairedCell,
+    indexed,
     lost_trials,
     paired_cells,
 )
@@ -206,6 +207,7 @@ def judge_pairs(
     tested = [m for m in (all_metrics() if metrics is None else metrics) if m.name != SUCCESS]
     tests: list[_Test] = []
     cells: list[PairedCell] = []
+    contests = [indexed(contest) for contest in contests]
     for contest in contests:
         present = [m for m in tested if m.name in contest.before and m.name in contest.after]
         for cell in paired_cells(contest, present):

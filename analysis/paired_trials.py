@@ -105,14 +105,22 @@ class LostTrial(NamedTuple):
     base_fails: bool
 
 
-def paired_cells(contest: Contest, metrics: Sequence[Metric]) -> Iterator[PairedCell]:
-    """Yields every scenario and controller with a trial of equal seed in both tables.
+def indexed(contest: Contest) -> Contest:
+    """Returns a contest whose tables are indexed and sorted by IDENTITY.
 
     Of several trials of equal scenario, controller and seed, the first counts.
     """
+    before, after = (
+        table.drop_duplicates(IDENTITY).set_index(IDENTITY).sort_index() for table in contest[:2]
+    )
+    return Contest(before, after, contest.label)
+
+
+def paired_cells(contest: Contest, metrics: Sequence[Metric]) -> Iterator[PairedCell]:
+    """Yields every scenario and controller with a trial of equal seed in both `indexed` tables."""
     names = [metric.name for metric in metrics]
     repeatable = np.array([metric.is_repeatable for metric in metrics], dtype=bool)
-    before, after = (_indexed(table) for table in contest[:2])
+    before, after = contest[:2]
     common = before.index.intersection(after.index)
     before, after = before.loc[common], after.loc[common]
     first, second = (table[names].to_numpy(dtype=float) for table in (before, after))
@@ -135,8 +143,8 @@ def paired_cells(contest: Contest, metrics: Sequence[Metric]) -> Iterator[Paired
 
 
 def lost_trials(contest: Contest) -> list[LostTrial]:
-    """Returns the trials that ended as an error, or are missing, in the judged table."""
-    before, after = (_indexed(table) for table in contest[:2])
+    """Returns the trials that ended as an error, or are missing, in the judged `indexed` table."""
+    before, after = contest[:2]
     errors = [set(table.index[table["outcome"] == Outcome.ERROR]) for table in (before, after)]
     missing = [set(a.index) - set(b.index) for a, b in ((after, before), (before, after))]
     lost_before = errors[0] | missing[0]
@@ -155,7 +163,3 @@ def lost_trials(contest: Contest) -> list[LostTrial]:
         )
         for identity in sorted(errors[1] | missing[1])
     ]
-
-
-def _indexed(table: pd.DataFrame) -> pd.DataFrame:
-    return table.drop_duplicates(IDENTITY).set_index(IDENTITY).sort_index()

@@ -6,11 +6,14 @@ import gc
 import json
 import os
 import shutil
+import signal
 import sys
 import tempfile
 import textwrap
 import tomllib
+import warnings
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from functools import wraps
 from importlib import import_module
 from multiprocessing import forkserver
@@ -37,7 +40,7 @@ settings.load_profile("no_deadline")
 # Modules with Drake or numba are named, not imported: the process that starts those that run the
 # tests reads this file first, and they wait for it.
 REHEARSAL = "drake_navbench.trial.rehearsal"
-MESHES = "drake_navbench.inputs.descriptions.meshes"
+LIMITED_CALL = "drake_navbench.processes.limited_call"
 
 AGG = "matplotlib.backends.backend_agg"
 # A PNG of one pixel of 8 bits of grey, white.
@@ -176,17 +179,48 @@ def site_folder(tmp_path, monkeypatch) -> Iterator[Path]:
     forget_installed()
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _calls_forked() -> Iterator[Callable[..., Any]]:
+    """A limited call is made in a fork of this process but where a test asks for `real_children`.
+
+    What the call imports is imported here, once, not in a new interpreter at each call.
+    """
+    limited = import_module(LIMITED_CALL)
+    started = limited._answer_of_child
+
+    def forked(
+        function: str, argument: Any, folder: Path | None, memory_bytes: int, time_s: int
+    ) -> Any:
+        with suppress(ImportError):
+            import_module(function.partition(":")[0])
+        reader, writer = os.pipe()
+        with warnings.catch_warnings():
+            # Newer Pythons warn of the threads of libraries, which the child does not use.
+            warnings.simplefilter("ignore", DeprecationWarning)
+            child = os.fork()
+        if child == 0:
+            try:
+                signal.alarm(time_s)
+                os.chdir(folder or ".")
+                with open(writer, "w", encoding="utf-8") as file:
+                    file.write(limited._answer(function, json.dumps(argument)))
+            finally:
+                os._exit(0)
+        os.close(writer)
+        with open(reader, encoding="utf-8") as file:
+            answer = file.read()
+        os.waitpid(child, 0)
+        return json.loads(answer)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(limited, "_answer_of_child", forked)
+        yield started
+
+
 @pytest.fixture
-def reads_meshes_here(monkeypatch) -> None:
-    """Meshes are read in this process, where the libraries for it are imported once."""
-
-    def call(function: str, requests: Any, source: str) -> Any:
-        module, _, name = function.partition(":")
-        # As to and from the process.
-        answers = getattr(import_module(module), name)(json.loads(json.dumps(requests)))
-        return json.loads(json.dumps(answers))
-
-    monkeypatch.setattr(f"{MESHES}.call_limited", call)
+def real_children(_calls_forked, monkeypatch) -> None:
+    """Limited calls are made in new processes, with their bounds on memory and time."""
+    monkeypatch.setattr(f"{LIMITED_CALL}._answer_of_child", _calls_forked)
 
 
 @pytest.fixture

@@ -5,19 +5,21 @@ That a hosted runner ran it is not claimed.
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import os
 import re
 import shutil
 import stat
 import subprocess
-import sys
+import time
 from functools import lru_cache
 from pathlib import Path
 
 import pytest
 import yaml
 
+from drake_navbench.commands.main import main
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.trial.trial import run_trial
@@ -40,6 +42,17 @@ printf '%s\\n' "$*" >>"$CALLS/{name}"
 """
 
 
+# Asks the tests' process for a command, and passes on what it printed.
+ASK = """[[ "$1 $2" == "-m drake_navbench" ]]
+printf '%s\\0' "$PWD" "${{@:3}}" >"{folder}/asking"
+mv "{folder}/asking" "{folder}/asked"
+read -r status <"{folder}/answer"
+cat "{folder}/out"
+cat "{folder}/err" >&2
+exit "$status"
+"""
+
+
 class Runner:
     """Executes the steps of the action in a workspace with two commits."""
 
@@ -51,6 +64,8 @@ class Runner:
             path.mkdir()
         self._stub("gh", '[[ "$*" != *--jq* ]] || echo "${COMMENT_ID:-}"')
         # The modules of the package are those under test; only pip is kept from the network.
+        self._asked = folder / "asked"
+        os.mkfifo(folder / "answer")
         self.stub_python()
         self.env = {
             "PATH": f"{folder / 'bin'}{os.pathsep}{os.environ['PATH']}",
@@ -66,11 +81,14 @@ class Runner:
         self._git("config", "user.name", "a")
 
     def stub_python(self, driven: str = "") -> None:
-        """Lets Python do all but install; driven: shell code in place of driving trials."""
+        """Lets Python do all but install; driven: shell code in place of driving trials.
+
+        `python -m drake_navbench` is asked of this process, which answers while the step runs.
+        """
         lines = ['[[ "$1 $2" == "-m pip" ]] && exit']
         if driven:
             lines.append(f'[[ "$3" == run ]] && {{ {driven}; exit; }}')
-        self._stub("python", "\n".join([*lines, f'exec "{sys.executable}" "$@"']))
+        self._stub("python", "\n".join([*lines, ASK.format(folder=self.folder)]))
 
     def commit(self, **values: object) -> str:
         """Commits the scenario; returns the commit."""
@@ -87,19 +105,45 @@ class Runner:
         own = {key: self._evaluated(text, context) for key, text in step.get("env", {}).items()}
         script = self.folder / "step.sh"
         script.write_text(step["run"])
-        done = subprocess.run(
-            # As a runner calls it for `shell: bash`.
-            ["bash", "--noprofile", "--norc", "-eo", "pipefail", script],
-            env=self.env | own,
-            cwd=self.workspace,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+        done = self._run_script(script, self.env | own)
         if "id" in step:
             lines = [line.partition("=") for line in output.read_text().splitlines()]
             self.outputs[step["id"]] = {key: value for key, _, value in lines}
         return done
+
+    def _run_script(self, script: Path, env: dict[str, str]) -> subprocess.CompletedProcess[str]:
+        """Runs a step's script, and answers what it asks of `python -m drake_navbench`."""
+        out, err = (self.folder / name for name in ("stdout", "stderr"))
+        with out.open("w") as to_out, err.open("w") as to_err:
+            process = subprocess.Popen(
+                # As a runner calls it for `shell: bash`.
+                ["bash", "--noprofile", "--norc", "-eo", "pipefail", script],
+                env=env,
+                cwd=self.workspace,
+                stdout=to_out,
+                stderr=to_err,
+            )
+            while process.poll() is None:
+                time.sleep(0.01)
+                if self._asked.exists():
+                    self._answer()
+        return subprocess.CompletedProcess(
+            script, process.returncode, out.read_text(), err.read_text()
+        )
+
+    def _answer(self) -> None:
+        """Runs a command in this process, in the folder in which it was asked for."""
+        folder, *argv = self._asked.read_text().split("\0")[:-1]
+        self._asked.unlink()
+        with (
+            (self.folder / "out").open("w") as out,
+            (self.folder / "err").open("w") as err,
+            contextlib.chdir(folder),
+            contextlib.redirect_stdout(out),
+            contextlib.redirect_stderr(err),
+        ):
+            status = main(argv)
+        (self.folder / "answer").write_text(f"{status}\n")
 
     def called(self, name: str) -> list[str]:
         """Returns how a program was called, a line each."""

@@ -44,31 +44,39 @@ def call_limited(
     the process. time_s: processor time; the call itself may last `WAITING` times as long. Raises
     InputError, one line, where the function raises, or where it exceeds its memory or time.
     """
-    command = [sys.executable, "-m", __name__, function, str(memory_bytes), str(time_s)]
-    # The child is to find the package in the same place as this process.
-    paths = os.pathsep.join([str(Path(__file__).parents[2]), *filter(None, sys.path)])
     try:
-        done = subprocess.run(
-            command,
-            input=json.dumps(argument).encode(),
-            capture_output=True,
-            cwd=folder,
-            env={**os.environ, **ONE_THREAD, "PYTHONPATH": paths},
-            timeout=WAITING * time_s,
-            check=False,
-        )
+        answer = _answer_of_child(function, argument, folder, memory_bytes, time_s)
     except subprocess.TimeoutExpired as error:
         raise InputError(f"{source}: not read within {WAITING * time_s} s") from error
-    try:
-        answer = json.loads(done.stdout)
-    except ValueError:
-        answer = {"fault": OUT_OF_MEMORY if done.returncode else "no answer"}
     if "fault" not in answer:
         return answer["value"]
     if answer["fault"] == OUT_OF_MEMORY:
         limit = f"{memory_bytes / GIGABYTE:g} GB of memory and {time_s} s"
         raise InputError(f"{source}: not read: expected a file that needs at most {limit}")
     raise InputError(f"{source}: {answer['fault']}")
+
+
+def _answer_of_child(
+    function: str, argument: Any, folder: Path | None, memory_bytes: int, time_s: int
+) -> dict[str, Any]:
+    """Returns a child's answer, `value` or `fault`; raises TimeoutExpired."""
+    command = [sys.executable, "-m", __name__, function, str(memory_bytes), str(time_s)]
+    # The child is to find the package in the same place as this process.
+    paths = os.pathsep.join([str(Path(__file__).parents[2]), *filter(None, sys.path)])
+    done = subprocess.run(
+        command,
+        input=json.dumps(argument).encode(),
+        capture_output=True,
+        cwd=folder,
+        env={**os.environ, **ONE_THREAD, "PYTHONPATH": paths},
+        timeout=WAITING * time_s,
+        check=False,
+    )
+    try:
+        answer: dict[str, Any] = json.loads(done.stdout)
+    except ValueError:
+        return {"fault": OUT_OF_MEMORY if done.returncode else "no answer"}
+    return answer
 
 
 def main(function: str, memory_bytes: int, time_s: int) -> None:

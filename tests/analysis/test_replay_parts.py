@@ -201,7 +201,6 @@ STL = (
 )
 
 
-@pytest.mark.usefixtures("reads_meshes_here")
 @pytest.mark.parametrize(
     ("stl", "extensions"),
     [(STL, [".obj"]), ("no mesh", [])],

@@ -33,7 +33,6 @@ def test_a_package_uri_leads_out_of_no_package(tmp_path):
         assert any("no such file or package" in row for row in rows(path, Status.STAND_IN))
 
 
-@pytest.mark.usefixtures("reads_meshes_here")
 @pytest.mark.parametrize(
     "named",
     [
@@ -82,7 +81,6 @@ TRIANGLE = (
 )
 
 
-@pytest.mark.usefixtures("reads_meshes_here")
 def test_a_collada_mesh_has_its_unit_and_as_in_gazebo_no_upright_axis_of_its_own(tmp_path):
     """In centimetres: 0.4 m along x, 0.5 m along y, 0.4 m high, though the file says that y is up.
 
@@ -95,7 +93,6 @@ def test_a_collada_mesh_has_its_unit_and_as_in_gazebo_no_upright_axis_of_its_own
     assert describe_robot(path).height_m == pytest.approx(0.4)
 
 
-@pytest.mark.usefixtures("reads_meshes_here")
 def test_a_mesh_of_too_many_triangles_is_told(tmp_path):
     count = 1_000_001
     triangles = np.zeros(count, dtype=[("floats", "<f4", 12), ("attribute", "<u2")])
@@ -106,7 +103,6 @@ def test_a_mesh_of_too_many_triangles_is_told(tmp_path):
     assert "has 1000001 triangles, expected at most 1000000" in told
 
 
-@pytest.mark.usefixtures("reads_meshes_here")
 @pytest.mark.parametrize(
     "uri", ["package://cart/meshes/hull.stl", "./meshes/hull.stl", "meshes/hull.stl"]
 )
@@ -124,7 +120,6 @@ def test_a_mesh_is_found_where_the_sources_have_it(tmp_path, uri):
     assert shapely.Polygon(load_robot(str(path)).outline).bounds[2] == pytest.approx(1.0)
 
 
-@pytest.mark.usefixtures("reads_meshes_here")
 def test_the_meshes_of_a_robot_in_xacro_are_drawn(tmp_path):
     """The drawing lies in the user's cache and names meshes in the robot's repository."""
     (tmp_path / "hull.stl").write_text(TRIANGLE)

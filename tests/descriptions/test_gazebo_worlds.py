@@ -128,7 +128,6 @@ def write_stl(path, triangles):
     path.write_bytes(b"".ljust(80) + len(triangles).to_bytes(4, "little") + data.tobytes())
 
 
-@pytest.mark.usefixtures("reads_meshes_here")
 def test_a_room_of_one_mesh_is_included_by_model_uri_with_scale_and_pose(tmp_path):
     """The ring of 4 m, scaled by 2 and moved by (10, 0), in a model of the repository."""
     (tmp_path / ".git").mkdir()

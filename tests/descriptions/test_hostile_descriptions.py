@@ -68,6 +68,7 @@ NO_MESHES = {
 }
 
 
+@pytest.mark.usefixtures("real_children")
 def test_a_mesh_that_is_none_is_told_and_not_drawn(tmp_path):
     for name, (content, _) in NO_MESHES.items():
         head, tail = ("solid a\n", "endsolid a\n") if name.endswith(".stl") else ("", "")
@@ -113,7 +114,6 @@ def test_a_mesh_that_takes_too_long_is_told_at_once_the_next_time_and_read_again
     assert len(tries) == 2
 
 
-@pytest.mark.usefixtures("reads_meshes_here")
 def test_a_flat_mesh_is_an_obstacle_and_a_point_is_none(tmp_path):
     flat = "solid a\n" + TRIANGLE.format("vertex 0 0 0\nvertex 2 0 0\nvertex 0 2 0\n")
     (tmp_path / "flat.stl").write_text(flat + "endsolid a\n")
@@ -140,6 +140,7 @@ def test_xacro_runs_no_code(tmp_path, code):
     assert not (tmp_path / "made").exists()
 
 
+@pytest.mark.usefixtures("real_children")
 @pytest.mark.parametrize(
     "body",
     [

@@ -273,7 +273,6 @@ def test_springs_do_not_steer_and_a_drivers_wheel_is_none(tmp_path):
     assert fields["rear_axle_x_m"] == pytest.approx(-0.3)
 
 
-@pytest.mark.usefixtures("reads_meshes_here")
 def test_the_radius_of_a_mesh_is_measured_where_the_mesh_is_round(tmp_path):
     trimesh.creation.cylinder(radius=0.05, height=0.03).export(tmp_path / "round.stl")
     trimesh.creation.box((0.3, 0.1, 0.03)).export(tmp_path / "fender.stl")

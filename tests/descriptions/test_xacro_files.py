@@ -129,6 +129,7 @@ def test_xacro_that_cannot_be_expanded_is_one_line(tmp_path, text, reason):
     assert str(path) in str(caught.value)
 
 
+@pytest.mark.usefixtures("real_children")
 def test_a_fault_in_an_included_file_names_that_file(tmp_path):
     (tmp_path / "lidar.xacro").write_text("<robot>\n<link</robot>")
     path = tmp_path / "cart.urdf.xacro"
@@ -137,6 +138,7 @@ def test_a_fault_in_an_included_file_names_that_file(tmp_path):
         load_robot(str(path))
 
 
+@pytest.mark.usefixtures("real_children")
 def test_xacro_that_never_ends_or_eats_memory_is_stopped(tmp_path):
     path = tmp_path / "cart.urdf.xacro"
     path.write_text('<robot><link name="${len([0]*10**9)}"/></robot>')
@@ -146,11 +148,13 @@ def test_xacro_that_never_ends_or_eats_memory_is_stopped(tmp_path):
     assert time.monotonic() - began < 30.0
 
 
+@pytest.mark.usefixtures("real_children")
 def test_a_call_may_wait_on_a_busy_computer():
     """A sleep takes no processor time, as a process that others keep from running."""
     assert call_limited("time:sleep", 1.5, "the file", time_s=1) is None
 
 
+@pytest.mark.usefixtures("real_children")
 def test_a_call_that_takes_too_long_is_one_line(monkeypatch):
     monkeypatch.setattr(limited_call, "WAITING", 1)
     with pytest.raises(InputError, match=r"^the file: not read within 1 s$"):
@@ -228,6 +232,7 @@ def test_a_file_that_only_defines_a_macro_of_its_name_is_that_robot(tmp_path):
     assert "footprint (0.8 x 0.4 m" in told
 
 
+@pytest.mark.usefixtures("real_children")
 def test_a_xacro_file_that_asks_the_environment_is_told_in_words(tmp_path, monkeypatch):
     path = tmp_path / "cart.urdf.xacro"
     path.write_text(f'<robot name="a">{link(BOX.replace("0.6", "$(env CART_LENGTH)"))}</robot>')

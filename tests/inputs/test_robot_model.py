@@ -272,7 +272,6 @@ STL_BINARY = (
 
 @pytest.mark.parametrize("data", [STL_TEXT, STL_BINARY])
 @pytest.mark.parametrize("role", ["collision", "visual"])
-@pytest.mark.usefixtures("reads_meshes_here")
 def test_an_stl_mesh_makes_the_outline_with_its_scale(tmp_path, data, role):
     (tmp_path / "hull.STL").write_bytes(data)
     path = tmp_path / "cart.urdf"
@@ -294,7 +293,6 @@ def test_an_stl_mesh_makes_the_outline_with_its_scale(tmp_path, data, role):
     ],
 )
 @pytest.mark.parametrize("role", ["collision", "visual"])
-@pytest.mark.usefixtures("reads_meshes_here")
 def test_a_mesh_that_cannot_be_read_is_one_line(tmp_path, name, reason, role):
     (tmp_path / name).write_bytes(b"solid of nothing")
     path = tmp_path / "cart.urdf"

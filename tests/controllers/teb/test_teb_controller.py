@@ -44,13 +44,13 @@ def observe(pose, boxes=(), *, plan=STRAIGHT, twist=(0.0, 0.0), time_s=0.0):
 
 
 def test_free_run_reaches_the_goal_at_the_speed_and_acceleration_limits():
-    record = drive(make(), STRAIGHT, [], duration_s=20.0)
+    record = drive(make(), plan_from_elements([("s", 3.0)]), [], duration_s=20.0)
     assert record.outcome == "succeeded"
     speeds = np.array(record.commands)[:, 0]
     assert speeds.max() <= 0.5
     assert np.median(speeds) > 0.48
-    # To 0.5 m/s over 0.25 m in 1 s, then cruising to within 0.25 m: 1 s + (4.25 - 0.25) / 0.5 s.
-    assert record.times_s[-1] == pytest.approx(9.0, abs=0.4)
+    # To 0.5 m/s over 0.25 m in 1 s, then cruising to within 0.25 m: 1 s + (2.75 - 0.25) / 0.5 s.
+    assert record.times_s[-1] == pytest.approx(6.0, abs=0.4)
     assert np.abs(np.array(record.poses)[:, 1]).max() < 0.01
     assert all(d["violation"] <= ACCEPTED_VIOLATION for d in record.diagnostics)
 
@@ -84,7 +84,7 @@ def test_a_base_that_does_not_follow_is_planned_for_as_it_moves():
 
 def test_a_car_turns_no_sharper_than_it_can_and_not_on_the_spot():
     radius = 0.8
-    plan = plan_from_elements([("s", 1.0), ("a", 90.0, 0.5), ("s", 1.5)])
+    plan = plan_from_elements([("s", 0.6), ("a", 90.0, 0.5), ("s", 0.8)])
     record = drive(make(min_turning_radius=radius), plan, [], duration_s=20.0)
     assert record.outcome == "succeeded"
     speeds, rates = np.array(record.commands).T
@@ -106,7 +106,7 @@ def test_other_ways_are_looked_for_where_the_plans_way_is_narrow():
 def test_the_plans_door_is_taken_and_not_a_way_around_the_whole_wall():
     # 0.9 m wide, 0.15 m on either side of the robot; around the wall it is more than twice as far.
     wall = [(2.0, 0.45, 2.1, 2.0), (2.0, -2.0, 2.1, -0.45)]
-    record = drive(make(), STRAIGHT, wall, duration_s=15.0)
+    record = drive(make(), SHORT, wall, duration_s=15.0, start=(0.4, 0.0, 0.0))
     assert record.outcome == "succeeded"
     assert np.abs(np.array(record.poses)[:, 1]).max() < 0.2
 
@@ -121,14 +121,16 @@ def test_a_gap_that_the_plan_leads_through_has_obstacles_on_either_side():
 
 
 def test_a_single_cell_on_the_line_is_passed():
-    record = drive(make(), SHORT, [(2.0, -0.03, 2.04, 0.03)], duration_s=20.0)
+    record = drive(
+        make(), SHORT, [(2.0, -0.03, 2.04, 0.03)], duration_s=20.0, start=(0.4, 0.0, 0.0)
+    )
     assert record.outcome == "succeeded"
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_a_box_on_the_plan_is_passed_on_its_shorter_side(side):
     low, high = sorted([side * -0.2, side * 0.6])
-    record = drive(make(), SHORT, [(2.0, low, 2.4, high)], duration_s=20.0)
+    record = drive(make(), SHORT, [(2.0, low, 2.4, high)], duration_s=20.0, start=(0.4, 0.0, 0.0))
     assert record.outcome == "succeeded"
     lateral = np.array(record.poses)[:, 1]
     assert (side * lateral).min() < -0.4
@@ -138,13 +140,13 @@ def test_a_box_on_the_plan_is_passed_on_its_shorter_side(side):
 def test_mirrored_world_gives_the_mirrored_drive():
     boxes = [(2.0, 0.5, 2.5, 1.0), (3.5, -1.2, 4.0, -0.6)]
     mirrored = [(x0, -y1, x1, -y0) for x0, y0, x1, y1 in boxes]
-    first = drive(make(), STRAIGHT, boxes, duration_s=2.0)
-    second = drive(make(), STRAIGHT, mirrored, duration_s=2.0)
+    first = drive(make(), STRAIGHT, boxes, duration_s=1.2)
+    second = drive(make(), STRAIGHT, mirrored, duration_s=1.2)
     np.testing.assert_allclose(np.array(second.commands) * [1.0, -1.0], first.commands, atol=1e-3)
 
 
 def test_a_wall_across_the_plan_ends_in_no_valid_control_and_never_in_a_collision():
-    record = drive(make(), STRAIGHT, WALL, duration_s=15.0)
+    record = drive(make(), STRAIGHT, WALL, duration_s=15.0, start=(0.5, 0.0, 0.0))
     assert record.outcome == "NoValidControl"
     nearest = np.array(record.poses)[:, 0].max() + FRONT_M
     assert WALL_X - nearest > 0.5 * PRESET.min_obstacle_dist
@@ -392,6 +394,6 @@ def test_diagnostics_hold_the_band_with_its_times_and_the_candidates_with_their_
 
 
 def test_a_goal_behind_the_robot_is_reached_by_turning():
-    plan = plan_from_elements([("s", 2.0)])
+    plan = plan_from_elements([("s", 1.2)])
     record = drive(make(), plan, [], duration_s=25.0, start=(0.0, 0.0, 3.0))
     assert record.outcome == "succeeded"
