@@ -90,7 +90,18 @@ def robots_page() -> str:
 
 
 def _table(rows: Iterable[Row]) -> list[str]:
-    return markdown_table(("field", "default", "meaning"), rows)
+    """Returns a table of three columns with one row for all parameters of Nav2's AMCL."""
+    long: list[Row] = []
+    amcls: list[str] = []
+    for place, default, meaning in rows:
+        if place.startswith("`amcl.") and not place.endswith(("_m`", "_rad`")):
+            amcls.append(f"{place} ({default})")
+        else:
+            long.append((place, default, meaning))
+    if amcls:
+        where = [place for place, _, _ in long].index("`amcl`") + 1
+        long.insert(where, (", ".join(amcls), "", AS_IN_NAV2))
+    return markdown_table(("field", "default", "meaning"), long)
 
 
 def _short_table(rows: Iterable[Row]) -> list[str]:
