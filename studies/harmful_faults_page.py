@@ -1,4 +1,4 @@
-"""The part of the page about planted faults that do harm: scores, misses, seeds, and all visits."""
+"""The part of the page about planted faults that do harm: scores, misses and seeds."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ So further faults were drawn (`python studies/harmful_faults.py both DIR SEED`) 
 by a factor of 3, else of 10, until a probe shows a symptom that the sound file does not show. Each
 seed is a draw for a doctor that had learnt from those before; its rules stand at the top of the
 study and were written before anything of it was driven. A visit is *blind* if the doctor was not
-changed after it was known that the fault does harm."""
+changed after it was known that the fault does harm. `studies/harmful_faults.json` has every
+visit: values, complaint, causes, change."""
 
 # Why a visit missed the first cause, left the symptom, or made something worse.
 REASONS = {
@@ -81,7 +82,6 @@ def harmful_lines() -> Iterator[str]:
     yield from _total_lines(visited)
     yield from ["", "### What was missed", "", *_miss_lines(visited)]
     yield from ["", "### Seeds", "", *_seed_lines({s: [*e.values()] for s, e in own.items() if e})]
-    yield from ["", "### All visits", "", *_visit_lines(visited)]
 
 
 def _total_lines(visited: dict[str, dict[str, Any]]) -> Iterator[str]:
@@ -150,38 +150,6 @@ def _seed_lines(own: dict[int, list[dict[str, Any]]]) -> Iterator[str]:
         drawn = f"{seed}: {', '.join(CONTROLLERS_OF[seed])}"
         told = f"{len(entries)} | {len(harmful)} | {len(seen) - later}, {later}"
         yield f"| {drawn} | {told} | {counts} |"
-
-
-def _visit_lines(visited: dict[str, dict[str, Any]]) -> Iterator[str]:
-    yield "The change that is offered is the first cause, unless another one is named."
-    yield ""
-    yield "| seed, blind | fault | sound | spoilt | complaint | first cause | offered | worse |"
-    yield "|---|---|---|---|---|---|---|---|"
-    for key, entry in visited.items():
-        is_same = entry["change"] == entry["shown"]
-        cells = [
-            f"{key[:4]}, {'no' if 'by' in entry else 'yes'}", _named(entry), str(entry["sound"]),
-            str(entry["spoilt"]), _complaint(entry), _short(entry["shown"]),
-            "" if is_same else _short(entry["change"]),
-            ", ".join(entry.get("worse", ())) or ("none" if entry["gone"] else ""),
-        ]  # fmt: skip
-        yield f"| {' | '.join(cells)} |"
-
-
-def _short(change: str) -> str:
-    """Returns a change without its node's name twice: 'global_costmap.resolution: 0.05'."""
-    for name in ("local_costmap", "global_costmap"):
-        change = change.replace(f"{name}/{name}.", f"{name}.")
-    return f"`{change.replace('controller_server.', '')}`" if change else "none"
-
-
-def _complaint(entry: dict[str, Any]) -> str:
-    """Returns the symptom that the doctor was given, and how seldom it is if it is too rare."""
-    told = str(entry["harmful"][0])
-    if "rare" not in entry:
-        return told
-    shown, trials = entry["rare"]
-    return f"{told}: too rare ({shown} of {trials})"
 
 
 def _undriven(harmful: list[dict[str, Any]]) -> tuple[int, int, int]:
