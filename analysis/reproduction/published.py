@@ -268,7 +268,7 @@ def abort_time(log: TrialLog) -> float:
         return 0.0
     slowest = int(samples.v_mps.argmin())
     if slowest == len(samples.v_mps) - 1:
-        raise Undefined("the last published sample is the slowest")
+        raise Undefined("the robot is slowest in the last published sample, at the end itself")
     return float(samples.time_s[-1] - samples.time_s[slowest])
 
 
