@@ -24,6 +24,7 @@ drake-navbench run empty --controllers rpp --metric my.py:my_metric
 ```
 
 - ↑: higher is better; ↓: lower is better; without an arrow neither is. The unit stands in brackets.
+- Bar: verdicts ignore differences up to this one.
 - An empty cell: the metric has no value for that trial; the cell names the reason.
 - Metrics under "Published" keep the definitions of Schena 2024 with their weaknesses; take the
   corrected form, whose name ends in its unit.
@@ -90,7 +91,7 @@ def _row(entry: Metric) -> list[str]:
     if not entry.is_repeatable:
         what += " Differs from run to run."
     if entry.relevant:
-        what += f" Verdicts ignore differences up to {entry.relevant:g} {entry.unit}."
+        what += f" Bar: {entry.relevant:g} {entry.unit}."
     formula, source = section(entry, "Formula"), section(entry, "Source")
     if source:
         formula += f" Source: {source}"

@@ -34,9 +34,9 @@ How to read the tables:
 - `NAME` stands for a name of your choice.
 - A row with `type:` or `plugin:` begins the fields of that kind; rows before it apply to all kinds.
 - "Fields of X", "as in X: ...": these rows of X apply, with their defaults.
-- "As in Nav2": name, meaning and unit are those of Nav2's configuration guide; the default stands
-  in brackets behind the name.
-- Units stand in brackets. `schemas/robot.json` has the meaning and the limits of every field;
+- The default stands in round brackets, the unit in square ones.
+- "As in Nav2": name, meaning and unit are those of Nav2's configuration guide.
+- `schemas/robot.json` has the meaning and the limits of every field;
   editors show them.
 
 `make docs` makes this page."""
@@ -57,6 +57,7 @@ TELLS_MORE = re.compile(
 # A block of DEEPER in which every field is shown: attributes of several trees under one name.
 ALL_SHOWN = "behavior_tree"
 AS_IN_NAV2 = "As in Nav2."
+TITLES = ("field (default)", "meaning")
 
 Row = tuple[str, str, str]
 Field = Mapping[str, Any]
@@ -90,22 +91,27 @@ def robots_page() -> str:
 
 
 def _table(rows: Iterable[Row]) -> list[str]:
-    """Returns a table of three columns with one row for all parameters of Nav2's AMCL."""
-    long: list[Row] = []
+    """Returns a table of fields with one row for all parameters of Nav2's AMCL."""
+    long: list[tuple[str, str]] = []
     amcls: list[str] = []
     for place, default, meaning in rows:
+        shown = _with_default(place, default)
         if place.startswith("`amcl.") and not place.endswith(("_m`", "_rad`")):
-            amcls.append(f"{place} ({default})")
+            amcls.append(shown)
         else:
-            long.append((place, default, meaning))
+            long.append((shown, meaning))
     if amcls:
-        where = [place for place, _, _ in long].index("`amcl`") + 1
-        long.insert(where, (", ".join(amcls), "", AS_IN_NAV2))
-    return markdown_table(("field", "default", "meaning"), long)
+        where = [shown for shown, _ in long].index("`amcl` (none)") + 1
+        long.insert(where, (", ".join(amcls), AS_IN_NAV2))
+    return markdown_table(TITLES, long)
+
+
+def _with_default(place: str, default: str) -> str:
+    return f"{place} ({default})" if default else place
 
 
 def _short_table(rows: Iterable[Row]) -> list[str]:
-    """Returns a table of two columns with one row for neighbours that mean the same as in Nav2."""
+    """Returns a table of fields with one row for neighbours that mean the same as in Nav2."""
     short: list[tuple[str, str]] = []
     names: list[str] = []
     for place, default, meaning in rows:
@@ -120,7 +126,7 @@ def _short_table(rows: Iterable[Row]) -> list[str]:
         short.append((shown, meaning))
     if names:
         short.append((", ".join(names), AS_IN_NAV2))
-    return markdown_table(("fields (default)", "meaning"), short)
+    return markdown_table(TITLES, short)
 
 
 class Page:
