@@ -205,7 +205,7 @@ def max_path_error(log: TrialLog) -> float:
 def min_path_error(log: TrialLog) -> float:
     """Smallest distance from a plan pose to the nearest driven pose.
 
-    Formula: per pose of the first plan but the last 4, distance to the nearest sample; the minimum.
+    Formula: the distances of max_path_error; the minimum.
     """
     return _path_errors_m(log).min()
 
@@ -214,8 +214,8 @@ def min_path_error(log: TrialLog) -> float:
 def avg_path_error(log: TrialLog) -> float:
     """Mean distance from a plan pose to the nearest driven pose.
 
-    Formula: per pose of the first plan but the last 4, distance to the nearest sample; the mean. A
-    perfectly driven line reads a quarter of the distance between two samples.
+    Formula: the distances of max_path_error; the mean. A perfectly driven line reads a quarter of
+    the distance between two samples.
     """
     return _path_errors_m(log).mean()
 

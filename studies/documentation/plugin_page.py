@@ -104,7 +104,7 @@ def _naming(plugin: ShippedPlugin) -> str:
     """Returns in words how a plugin is called here; '' where its names are to be listed."""
     if plugin.ours is None:
         return "–"
-    return "the same name" if plugin.ours == plugin.type else ""
+    return "same name" if plugin.ours == plugin.type else ""
 
 
 def _listed(names: list[str]) -> str:
