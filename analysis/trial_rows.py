@@ -17,9 +17,9 @@ Row = dict[str, Any]
 
 
 class MeasuredLog(NamedTuple):
-    """A trial's row.
+    """A trial's row of the table of trials, with what stands beside it in the report.
 
-    reasons: why a metric has no value. violations: violations of the invariants.
+    reasons: by metric without a value, why it has none. violations: the checks that the log breaks.
     """
 
     row: Row

@@ -1,21 +1,14 @@
-"""The part of the page about planted faults that do harm: scores, misses, seeds, and all visits."""
+"""The part of the page about planted faults that do harm: scores and misses."""
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from harmful_faults_drawn import CONTROLLERS_OF, SEEDS, fault_of, read_entries
-from planted_faults import _farthest, _is_back, candidates, patient_of, spoilt_file
+from harmful_faults_drawn import SEEDS, read_entries
+from planted_faults import candidates
 from planted_faults_driven import score_of, share_text
-
-from drake_navbench.studies.doctor.cures import trials_of
-from drake_navbench.studies.doctor.differences import with_differences
-from drake_navbench.studies.doctor.reading import suspicions_of
-from drake_navbench.studies.doctor.symptoms import Symptom
 
 ABOUT = """\
 Most of the faults above do no harm in any probe, and what does no harm nobody can find by driving.
@@ -23,7 +16,8 @@ So further faults were drawn (`python studies/harmful_faults.py both DIR SEED`) 
 by a factor of 3, else of 10, until a probe shows a symptom that the sound file does not show. Each
 seed is a draw for a doctor that had learnt from those before; its rules stand at the top of the
 study and were written before anything of it was driven. A visit is *blind* if the doctor was not
-changed after it was known that the fault does harm."""
+changed after it was known that the fault does harm. `studies/harmful_faults.json` has every
+visit: values, complaint, causes, change."""
 
 # Why a visit missed the first cause, left the symptom, or made something worse.
 REASONS = {
@@ -80,8 +74,6 @@ def harmful_lines() -> Iterator[str]:
     yield from ["", "## Faults that do harm", "", *ABOUT.splitlines(), ""]
     yield from _total_lines(visited)
     yield from ["", "### What was missed", "", *_miss_lines(visited)]
-    yield from ["", "### Seeds", "", *_seed_lines({s: [*e.values()] for s, e in own.items() if e})]
-    yield from ["", "### All visits", "", *_visit_lines(visited)]
 
 
 def _total_lines(visited: dict[str, dict[str, Any]]) -> Iterator[str]:
@@ -129,79 +121,3 @@ def _miss_lines(visited: dict[str, dict[str, Any]]) -> Iterator[str]:
 
 def _named(entry: dict[str, Any]) -> str:
     return f"{entry['controller']} `{entry['place'].rpartition(': ')[2]}`"
-
-
-def _seed_lines(own: dict[int, list[dict[str, Any]]]) -> Iterator[str]:
-    """Yields a row for each seed: what was drawn, and what needs no drive."""
-    yield "The last three columns count all faults that do harm, with nothing driven: today's"
-    yield "reading names the spoilt parameter first; the value farthest from Nav2's default is it;"
-    yield "a visit of today would try the way back, which bounds what driving can find."
-    yield ""
-    yield (
-        "| seed, controllers | parameters taken | do harm | visited blind, later | reading "
-        "| farthest | way back |"
-    )
-    yield "|---|---|---|---|---|---|---|"
-    for seed, entries in own.items():
-        harmful = [entry for entry in entries if entry["harmful"]]
-        seen = [entry for entry in harmful if "first" in entry]
-        later = sum("by" in entry for entry in seen)
-        counts = " | ".join(map(str, _undriven(harmful)))
-        drawn = f"{seed}: {', '.join(CONTROLLERS_OF[seed])}"
-        told = f"{len(entries)} | {len(harmful)} | {len(seen) - later}, {later}"
-        yield f"| {drawn} | {told} | {counts} |"
-
-
-def _visit_lines(visited: dict[str, dict[str, Any]]) -> Iterator[str]:
-    yield "The change that is offered is the first cause, unless another one is named."
-    yield ""
-    yield "| seed, blind | fault | sound | spoilt | complaint | first cause | offered | worse |"
-    yield "|---|---|---|---|---|---|---|---|"
-    for key, entry in visited.items():
-        is_same = entry["change"] == entry["shown"]
-        cells = [
-            f"{key[:4]}, {'no' if 'by' in entry else 'yes'}", _named(entry), str(entry["sound"]),
-            str(entry["spoilt"]), _complaint(entry), _short(entry["shown"]),
-            "" if is_same else _short(entry["change"]),
-            ", ".join(entry.get("worse", ())) or ("none" if entry["gone"] else ""),
-        ]  # fmt: skip
-        yield f"| {' | '.join(cells)} |"
-
-
-def _short(change: str) -> str:
-    """Returns a change without its node's name twice: 'global_costmap.resolution: 0.05'."""
-    for name in ("local_costmap", "global_costmap"):
-        change = change.replace(f"{name}/{name}.", f"{name}.")
-    return f"`{change.replace('controller_server.', '')}`" if change else "none"
-
-
-def _complaint(entry: dict[str, Any]) -> str:
-    """Returns the symptom that the doctor was given, and how seldom it is if it is too rare."""
-    told = str(entry["harmful"][0])
-    if "rare" not in entry:
-        return told
-    shown, trials = entry["rare"]
-    return f"{told}: too rare ({shown} of {trials})"
-
-
-def _undriven(harmful: list[dict[str, Any]]) -> tuple[int, int, int]:
-    """Returns three numbers of faults, nothing driven: those that today's reading names first, that
-    the farthest value is, and of which a visit would try the way back."""
-    counts = np.zeros(3, dtype=int)
-    for entry in harmful:
-        fault = fault_of(entry)
-        with tempfile.TemporaryDirectory() as folder:
-            patient = patient_of(spoilt_file(fault), Path(folder))
-            facts = patient.facts()
-            read = suspicions_of(facts, Symptom(entry["harmful"][0]), "")
-            tried = [
-                s
-                for s in with_differences(read, facts)
-                if trials_of(s.cause, facts, patient.columns().setup)
-            ]
-            back = [
-                any(_is_back(s.cause.place, s.cause.direction, fault, facts) for s in several)
-                for several in (read[:1], tried)
-            ]
-            counts += [back[0], _farthest(facts, fault), back[1]]
-    return int(counts[0]), int(counts[1]), int(counts[2])

@@ -16,12 +16,13 @@ PAGE = HERE.parent / "docs" / "doctor_planted_faults.md"
 HEAD = f"""\
 # Planted faults
 
-Made by `python studies/planted_faults_page.py`. A fault is one spoilt parameter in a sound Nav2
-file for the TurtleBot 4. Below, five controllers (Regulated Pure Pursuit, DWB, MPPI, TEB, Graceful)
-have {FAULTS_EACH} faults each, drawn by a seed from all numbers and switches of the file with equal
-chances: a number times 1/4, 2/5, 5/2 or 4, a switch turned round. The rules (at the top of the
-study) were written before any file was read or driven. The findings about values far from Nav2's,
-and about costmaps that disagree, were written with these 60 faults known; before, it was 9 first.
+Does the doctor find a parameter that somebody spoilt? A fault is one spoilt parameter in a sound
+Nav2 file for the TurtleBot 4. Below, five controllers (Regulated Pure Pursuit, DWB, MPPI, TEB,
+Graceful) have {FAULTS_EACH} faults each, drawn by a seed from all numbers and switches of the file
+with equal chances: a number times 1/4, 2/5, 5/2 or 4, a switch turned round. The rules (at the top
+of the study) were written before any file was read or driven. The findings about values far from
+Nav2's, and about costmaps that disagree, were written with these 60 faults known.
+`python studies/planted_faults_page.py` makes this page.
 
 ## Read
 """

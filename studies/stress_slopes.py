@@ -171,20 +171,22 @@ def picture(found: Findings, controllers: list[str]) -> Figure:
 
 
 def section(found: Findings, metric: Metric, controllers: list[str]) -> list[str]:
-    """Returns the table of a metric, and the fields in which no controller answers."""
+    """Returns the table of the fields to which a controller answers, and the other fields."""
     lines = [f"## {metric.heading[0].upper()}{metric.heading[1:]}", ""]
     lines += [f"| field | {' | '.join(f'`{name}`' for name in controllers)} |"]
     lines += [f"|{'---|' * (len(controllers) + 1)}"]
-    for field, value in AXES.items():
-        cells = [cell(found[metric.name, field, name], metric) for name in controllers]
-        lines.append(f"| `{field}` {value:g} | {' | '.join(cells)} |")
     silent = [
-        f"`{field}`"
+        field
         for field in AXES
         if not any(_tells(found[metric.name, field, name]) for name in controllers)
     ]
+    for field, value in AXES.items():
+        cells = [cell(found[metric.name, field, name], metric) for name in controllers]
+        if field not in silent:
+            lines.append(f"| `{field}` {value:g} | {' | '.join(cells)} |")
     if silent:
-        lines += ["", f"No controller is shown to answer to: {', '.join(silent)}."]
+        names = ", ".join(f"`{field}`" for field in silent)
+        lines += ["", f"No controller is shown to answer to: {names}."]
     return [*lines, ""]
 
 

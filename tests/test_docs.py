@@ -88,8 +88,12 @@ def test_the_table_of_scenarios_has_a_line_for_every_scenario_and_its_family():
 
 def test_the_page_of_robots_has_every_field_and_a_block_like_another_names_it():
     page = GENERATED["robots.md"]
+    first_cells = re.findall(r"^\| (`[\w.]+`.*?) \|", page, re.M)
     parts = {
-        part for name in re.findall(r"^\| `([\w.]+)` \|", page, re.M) for part in name.split(".")
+        part
+        for cell in first_cells
+        for name in re.findall(r"`([\w.]+)`", cell)
+        for part in name.split(".")
     }
     parts |= {
         part for name in re.findall(r"^## `([\w.]+)`", page, re.M) for part in name.split(".")
@@ -100,8 +104,17 @@ def test_the_page_of_robots_has_every_field_and_a_block_like_another_names_it():
     assert {*schema["properties"], *known} - parts == {*NOT_IN_FILES, *chosen}
     here = page.partition("## `navigation.local_costmap`")[2].partition("## ")[0]
     assert "| Nav2's voxel layer. Fields of `navigation.local_costmap.obstacle_layer`. |" in here
-    assert "| `voxel_layer.z_voxels` |" in here
-    assert "| `voxel_layer.marking` |" not in here
+    assert "| `voxel_layer.z_voxels` (`10`), `voxel_layer.origin_z` (`0.0`), " in here
+    assert "`voxel_layer.marking`" not in here
+
+
+def test_a_field_with_nav2s_name_and_meaning_is_listed_and_one_that_differs_is_explained():
+    page = GENERATED["robots.md"]
+    planner = page.partition("## `navigation.planner`")[2].partition("## ")[0]
+    (row,) = [line for line in planner.splitlines() if "`w_euc_cost`" in line]
+    assert row.endswith("| As in Nav2. |")
+    assert "`w_euc_cost` (`1.0`)" in row
+    assert "| `use_cell_centres` (`true`) | Ours: " in planner
 
 
 @pytest.mark.parametrize("name", TABLES)
@@ -178,6 +191,12 @@ def test_the_controllers_of_the_table_are_selected_by_the_types_beside_them():
     by_type = {plugin.type: plugin.ours for plugin in controllers.plugins}
     for name in built_in("drake_navbench.controllers") - OURS_ALONE:
         assert by_type[CONTROLLERS.load(name).nav2_plugin] == name
+
+
+def test_plugins_of_which_the_same_is_said_share_a_row():
+    page = GENERATED["plugins_of_nav2.md"]
+    (row,) = [line for line in page.splitlines() if "`PipelineSequence`" in line]
+    assert row.startswith("| `PipelineSequence`, `RecoveryNode`, `RoundRobin` | all | same name |")
 
 
 def test_releases_are_told_in_few_words():

@@ -223,8 +223,8 @@ def _checked(path: Path, suite: Suite, seed_of: SeedOf) -> Entry:
         if int(row.seed) != expected:
             name = TrialName(str(row.scenario), str(row.controller), int(row.trial))
             raise InputError(
-                f"{path}: seed of {_trial_text(name)}: expected {expected} of the suite's {seed}, "
-                f"got {row.seed}"
+                f"{path}: seed of {_trial_text(name)}: got {row.seed}, expected {expected}, which "
+                f"follows from the suite's seed {seed}"
             )
     rows = trials[is_failed(trials)].itertuples()
     failed = [TrialName(str(r.scenario), str(r.controller), int(r.trial)) for r in rows]

@@ -189,7 +189,7 @@ def _with_section(path: Path, name: str, values: Mapping[str, Any]) -> str:
         validate(Suite, parse_yaml(text, str(path)), str(path))
     except InputError as error:
         raise InputError(
-            f"{path}: cannot be added to; expected a field a line, as 'name: value'"
+            f"{path}: no field can be added; expected each field on its own line, 'name: value'"
         ) from error
     return text
 

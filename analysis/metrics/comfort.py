@@ -68,8 +68,7 @@ def gulati_kuipers_discomfort_s(log: TrialLog) -> float:
     Formula: T + w_T integral j_t^2 dt + w_N integral j_n^2 dt with j_t = d2v/dt2 - v w^2 and
     j_n = 2 w dv/dt + v dw/dt, both weights 1 s^6/m^2 (our choice: the original scales them). For a
     robot that moves sideways they are the jerk along and across its heading.
-    Source: Gulati, "A framework for characterization and planning of safe, comfortable, and
-    customizable motion of assistive mobile robots", PhD thesis, 2011.
+    Source: Gulati, PhD thesis, University of Texas at Austin, 2011.
     """
     signal = motion(log)
     v, w = signal.smooth_v_mps, signal.smooth_w_radps
@@ -88,8 +87,8 @@ def iso_2631_av_mps2(log: TrialLog) -> float:
     """Frequency-weighted r.m.s. acceleration in the plane of the seat; says nothing of vibration.
 
     Formula: a_v = sqrt(a_wx^2 + a_wy^2), each the r.m.s. of the acceleration weighted with W_d, k =
-    1; a_x = dv/dt - vy w, a_y = dvy/dt + v w at the reference point. The floor is flat, so the
-    value shows the driving alone; below 0.4 Hz (slow braking, long bends) W_d lets little through.
+    1; a_x = dv/dt - vy w, a_y = dvy/dt + v w at the reference point. Below
+    0.4 Hz (slow braking, long bends) W_d lets little through.
     Source: ISO 2631-1:1997, 6 and annex A.
     """
     signal = motion(log)

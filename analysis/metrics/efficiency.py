@@ -103,11 +103,10 @@ def goal_traversal_ratio(log: TrialLog) -> float:
 def spl(log: TrialLog) -> float:
     """Success weighted by path length; 0 for a trial that failed.
 
-    Formula: success L*/max(L, L*). L is the driven length. L* is the length of the first plan,
-    whatever was planned later; with waypoints it is the sum over the first plan of each leg (in
-    navigate_through_poses the one plan through all poses), and a missed waypoint is no success. The
-    goal tolerance lets a good trial drive less than L*; it still scores 1.
-    Source: Anderson et al., "On Evaluation of Embodied Navigation Agents", 2018.
+    Formula: success L*/max(L, L*), L the driven length, L* the length of the first plan. A missed
+    waypoint is no success. A trial that drives less than L*, as the goal's tolerance lets it,
+    scores 1.
+    Source: Anderson et al. 2018.
     """
     if not reached_every_goal(log):
         return 0.0
@@ -120,12 +119,10 @@ def barn_score(log: TrialLog) -> float:
     """Score of the BARN challenge; 0 for a trial that failed, at most 0.5.
 
     Formula: success OT / clip(AT, 2 OT, 8 OT), OT = L*/(2 m/s) with success and L* as in spl, AT
-    the time from the first 0.1 m of motion to the goal. Until 2024 the lower limit was 4 OT. In a
-    world of BARN's own, L* is the length of its reference path, and success and AT are those of the
-    first arrival within 1 m of the goal, before any touch; elsewhere the first plan takes the
-    place of the reference path; the plan keeps farther off the obstacles and is up to a fifth
-    longer. A robot limited to 0.5 m/s scores 0.25, plus what the tolerance, the first 0.1 m and cut
-    corners save.
+    the time from the first 0.1 m of motion to the goal. In a world of BARN's own, L* is the length
+    of its reference path, and success and AT are those of the first arrival within 1 m of the goal;
+    elsewhere the first plan takes the reference path's place and is up to a fifth longer. A robot
+    limited to 0.5 m/s scores about 0.25.
     Source: The BARN Challenge (Perille et al. 2020; Xiao et al. 2022), rule since 2024-02.
     """
     arrival_s = _arrival_time_s(log)
@@ -199,8 +196,7 @@ def mechanical_energy_j(log: TrialLog) -> float:
     Formula: integral max(0, m a v + I dw/dt w + c m g |v| + 0.5 rho A |v|^3) dt with m, c and A of
     the robot file (`mass_kg`, `rolling_resistance_ratio`, `drag_area_m2`), I that of a uniform box
     around the outline, or of a disc, and rho = 1.2 kg/m^3. A robot that moves sideways has the same
-    terms in vy, and |v| is its speed over the floor; the higher rolling resistance of mecanum
-    wheels and the losses of the motors are left out. No value for a robot without a mass.
+    terms in vy. Losses of motors and mecanum wheels are left out.
     """
     signal = motion(log)
     return float(np.trapezoid(spent_power_w(signal, body_of(log)), dx=signal.period_s))

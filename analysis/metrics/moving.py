@@ -38,9 +38,9 @@ def ran_into_moving_count(log: TrialLog) -> float:
     """Whether the trial ended because the robot ran into something that moves.
 
     Formula: 1 where, of the two points that touch, the robot's closed the gap at least as fast as
-    the other body's, both along the line between them, else 0. HuNavSim tells the two cases by
-    bearing and speed of the centres, which say little at a corner of a long robot.
-    Source: the split of SEAN 2.0 (Tsoi et al. 2022) and HuNavSim (Perez-Higueras et al. 2023).
+    the other body's, both along the line between them, else 0.
+    Source: the split of SEAN 2.0 (Tsoi et al. 2022) and HuNavSim (Perez-Higueras et al. 2023),
+    which tell the cases by bearing.
     """
     _require_movers(log)
     return float(_contact_kind(log) == "robot")
@@ -51,8 +51,8 @@ def was_run_into_count(log: TrialLog) -> float:
     """Whether the trial ended because something that moves ran into the robot.
 
     Formula: 1 where the other body closed the gap faster than the robot did, else 0. A body on a
-    given way does not avoid the robot: it runs into a robot that rests on its way.
-    Source: the split of SEAN 2.0 (Tsoi et al. 2022) and HuNavSim (Perez-Higueras et al. 2023).
+    given way does not avoid a robot that rests on it.
+    Source: as of ran_into_moving_count.
     """
     _require_movers(log)
     return float(_contact_kind(log) == "other")

@@ -44,10 +44,9 @@ ROUNDING_S = 1e-9
 def min_clearance_m(log: TrialLog) -> float:
     """Smallest distance between the robot's footprint and an obstacle.
 
-    Formula: minimum over the trial of the distance in the plane, up to 5 m, to 0.1 mm: at the
-    samples, one every 0.05 s, and in between on the cubic through the log's poses and velocities; 0
-    in a trial that ended at a touch. People move on straight lines between their logged
-    positions, ten a second. For a recording without the obstacles only the samples count.
+    Formula: minimum over the trial of the distance in the plane, up to 5 m, to 0.1 mm, also between
+    the samples (on the cubic through poses and velocities); 0 in a trial that ended at a touch. For
+    a recording without the obstacles only the samples count.
     """
     return least_clearance_m(log, _clearances_m(log).min())
 
@@ -56,9 +55,8 @@ def min_clearance_m(log: TrialLog) -> float:
 def min_cell_centre_distance_m(log: TrialLog) -> float:
     """Smallest distance from the reference point to the centre of a lethal cell.
 
-    Formula: minimum over the samples of the log. The published distance takes a cell's lower left
-    corner, so that it depends on the side on which the obstacle stands; the distance to the centre
-    does not.
+    Formula: minimum over the samples of the log. Unlike the published distance, to a cell's lower
+    left corner, it does not depend on the side on which the obstacle stands.
     """
     distances = column(log, "obstacle_cell_distance_m")
     seen = distances[np.isfinite(distances)]
@@ -71,9 +69,9 @@ def min_cell_centre_distance_m(log: TrialLog) -> float:
 def min_scan_clearance_m(log: TrialLog) -> float:
     """Smallest distance between footprint and a point that the lidar hit, for recordings too.
 
-    Formula: minimum over all hits of all scans of the exact distance in the plane, up to 5 m.
-    Obstacles that the lidar cannot see do not count, nor does a smaller distance between two scans;
-    hits on the robot itself, within its outline, do not count.
+    Formula: minimum over all hits of all scans of the exact distance in the plane, up to 5 m,
+    without hits on the robot itself. What the lidar does not see, or between two scans, does not
+    count.
     """
     require(log, "scan")
     if not log.scans:

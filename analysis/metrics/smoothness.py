@@ -169,7 +169,7 @@ def sparc(speed: Array, period_s: float) -> float:
     kept = slice(strong[0], strong[-1] + 1)
     frequency, magnitude = frequency[kept], magnitude[kept]
     if len(frequency) < 2:
-        raise Undefined("the spectrum of the speed has a single bin")
+        raise Undefined("the trial is too short for a spectrum of the speed")
     relative = np.diff(frequency) / (frequency[-1] - frequency[0])
     return -float(np.hypot(relative, np.diff(magnitude)).sum())
 

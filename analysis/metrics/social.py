@@ -140,12 +140,10 @@ def public_space_ratio(log: TrialLog) -> float:
 def robot_intimate_approach_count(log: TrialLog) -> float:
     """Number of times that the robot approached a person to less than 0.45 m.
 
-    Formula: the gaps are sampled every 0.1 s. An approach is a sample whose gap is below 0.45 m
-    after one whose gap was not. It counts as the robot's if the robot's motion since the sample
-    before, with the person held still, leaves a gap no larger than the person's motion, with the
-    robot held still.
-    Source: "robot on person intimate distance violation" of SEAN 2.0 (Tsoi et al. 2022), which
-    tells the two cases apart by bearing.
+    Formula: every 0.1 s; an approach is a gap below 0.45 m after one that was not. It is the
+    robot's if the robot's motion alone since then would leave no larger a gap than the person's
+    alone.
+    Source: SEAN 2.0 (Tsoi et al. 2022), which tells the two cases apart by bearing.
     """
     return float(approaches_within(log, INTIMATE_M).by_robot)
 
@@ -167,8 +165,8 @@ def group_crossing_ratio(log: TrialLog) -> float:
 
     Formula: time in which the footprint overlaps the convex hull of the places of a group's members
     (of two, the line between them), while they are within 3.6 m of their middle / duration.
-    Source: Group Crossing Rate of Roy and Rahman, "TAGA", arXiv 2503.21168v3 (v1: Group Collision
-    Rate), the share of time steps inside any group's convex hull; there the robot is a point.
+    Source: Group Crossing Rate of Roy and Rahman, "TAGA", arXiv 2503.21168v3; there the robot is a
+    point.
     """
     return _share(log, gaps_to_groups_m(log).to_hulls.min(axis=1) <= 0.0)
 
@@ -225,9 +223,8 @@ def social_force_on_people_mps2(log: TrialLog) -> float:
     """Mean over time of the social forces of the robot on all people, added up.
 
     Formula: mean over samples 0.1 s apart of the sum over people of |f|, f the social force at
-    factor 2.1 from the centre of the robot's outline. HuNavSim adds up over samples, so that its
-    value grows with their number. The force of people on the robot has the same size: the model is
-    symmetric in the two.
+    factor 2.1 from the centre of the robot's outline (HuNavSim: the sum over samples). The force of
+    people on the robot has the same size.
     Source: HuNavSim "social force on agents"; force of Moussaid et al. 2009.
     """
     return float(np.mean(_social_forces(log).sum(axis=1)))
@@ -238,8 +235,8 @@ def people_slowdown_ratio(log: TrialLog) -> float:
     """Share of their wanted speed that people lost while they were within 3.6 m of the robot.
 
     Formula: 1 - mean(min(speed / wanted speed, 1)) over people and samples with a gap below 3.6 m.
-    People who do not want to walk, or who have arrived at their goal, are left out. Other people
-    and walls slow people down, too: compare controllers in one world, not worlds.
+    People who do not want to walk, or who have arrived, are left out. Others and walls slow people
+    down, too: compare controllers in one world, not worlds.
     Source: after "average pedestrian velocity" of SEAN 2.0 (Tsoi et al. 2022).
     """
     people = people_of(log)

@@ -119,9 +119,7 @@ def plan_progress_ratio(log: TrialLog) -> float:
 
     Formula: arc length of the first plan's point nearest to the last position / length of the first
     plan. With waypoints: (length of the legs before + arc length on the first plan of the present
-    leg) / length of all legs; a leg's length is that of its first plan, or without a plan the
-    straight distance between its goals. In navigate_through_poses the legs are the parts of the
-    first plan between the poses.
+    leg) / length of all legs; a leg without a plan has the straight distance between its goals.
     """
     leg, lengths_m = present_leg(log), leg_lengths_m(log)
     if not log.first_plans:
@@ -137,11 +135,9 @@ def plan_progress_ratio(log: TrialLog) -> float:
 def stall_time_s(log: TrialLog) -> float:
     """Time that a failed trial went on without getting farther along the plan.
 
-    Formula: the robot's progress at a time is the arc length of the point of the first plan (with
-    waypoints, of the last leg's first plan) that is nearest to the robot. The value is the end time
-    minus the first time at which the progress was within 0.05 m (one map cell) of its maximum. The
-    published abort_time starts at the very lowest command instead; near a standstill, noise decides
-    which command is the lowest.
+    Formula: end time - first time at which the progress was within 0.05 m (one map cell) of its
+    maximum. Progress is the arc length of the point of the first plan (with waypoints, of the last
+    leg's) that is nearest to the robot.
     """
     if log.outcome is Outcome.SUCCEEDED:
         raise Undefined("the trial reached its goal")

@@ -205,7 +205,7 @@ def max_path_error(log: TrialLog) -> float:
 def min_path_error(log: TrialLog) -> float:
     """Smallest distance from a plan pose to the nearest driven pose.
 
-    Formula: per pose of the first plan but the last 4, distance to the nearest sample; the minimum.
+    Formula: the distances of max_path_error; the minimum.
     """
     return _path_errors_m(log).min()
 
@@ -214,8 +214,8 @@ def min_path_error(log: TrialLog) -> float:
 def avg_path_error(log: TrialLog) -> float:
     """Mean distance from a plan pose to the nearest driven pose.
 
-    Formula: per pose of the first plan but the last 4, distance to the nearest sample; the mean. A
-    perfectly driven line reads a quarter of the distance between two samples.
+    Formula: the distances of max_path_error; the mean. A perfectly driven line reads a quarter of
+    the distance between two samples.
     """
     return _path_errors_m(log).mean()
 
@@ -268,7 +268,7 @@ def abort_time(log: TrialLog) -> float:
         return 0.0
     slowest = int(samples.v_mps.argmin())
     if slowest == len(samples.v_mps) - 1:
-        raise Undefined("the last published sample is the slowest")
+        raise Undefined("the robot is slowest in the last published sample, at the end itself")
     return float(samples.time_s[-1] - samples.time_s[slowest])
 
 

@@ -157,7 +157,7 @@ def diagnostics_of(answer: Mapping[str, Any], *, wants_arrays: bool) -> dict[str
         raise ValueError(f"diagnostics: got {notes!r}, expected a map")
     taken = set(DRAWN) & set(notes)
     if taken:
-        raise ValueError(f"diagnostics: {min(taken)} is an array to be drawn, a key of the answer")
+        raise ValueError(f"diagnostics: got {min(taken)}, expected it beside diagnostics")
     if not wants_arrays:
         return dict(notes)
     drawn = {name: _unpacked(name, answer[name]) for name in DRAWN if name in answer}

@@ -195,7 +195,7 @@ class HarmonyParameters(ControllerParameters):
 
 
 def stopping_time(speed: float, acceleration: float, jerk: float) -> float:
-    """Returns the least time, s, from a speed to rest from and to no acceleration."""
+    """Returns the least time, s, in which a speed falls to 0; acceleration is 0 at both ends."""
     if speed * jerk <= acceleration * acceleration:
         return 2.0 * math.sqrt(speed / jerk)
     return speed / acceleration + acceleration / jerk

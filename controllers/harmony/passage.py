@@ -19,9 +19,9 @@ def is_connected(
 ) -> bool:
     """Returns whether cells at least `clearance` m from obstacles lead from a point to another.
 
-    start, end: (2,) m. Cells side by side are connected; those over which even the straight way
-    from start to end is longer than `longest` m do not count. A start that is nearer to obstacles
-    counts as free; a point off the map is connected with nothing.
+    start, end: (2,) m. Cells that share a side are connected. A cell does not count if a way from
+    start to end through it is longer than `longest` m at best. The start counts as free, however
+    near to obstacles it is; a point off the map is connected with nothing.
     """
     (x, y), (end_x, end_y) = cell_of(field, start), cell_of(field, end)
     if x < 0 or end_x < 0:

@@ -109,9 +109,10 @@ def seen_cells(costmap: Costmap, is_young: NDArray[np.bool_], position: Array) -
 def things(
     costmap: Costmap, cells: NDArray[np.intp], is_old: NDArray[np.bool_]
 ) -> tuple[Array, NDArray[np.bool_]]:
-    """Returns boxes (T, 4) of the things that cells (N, 2) show, and (N,) which of these stand.
+    """Returns the boxes (T, 4) of things that may move, and (N,) which cells belong to what stands.
 
-    A box has least x, y and largest x, y, m. All cells of a thing stand if one is old.
+    cells: (N, 2) lethal cells, row and column; neighbours form a thing. is_old: (N,) cells lethal
+    for so long that they stand; then the whole thing stands. A box is least x, y, largest x, y, m.
     """
     centres = _centres(costmap, cells)
     apart_m = np.hypot(*np.moveaxis(centres[:, None] - centres, 2, 0))

@@ -45,6 +45,6 @@ def unpack(lanes: Lanes, batch_size: int) -> Lanes:
 
 
 def frozen(array: NDArray[Any]) -> NDArray[Any]:
-    """Returns an array, which nothing else refers to, read-only and in its own precision."""
+    """Makes an array read-only and returns it; its precision stays."""
     array.flags.writeable = False
     return array

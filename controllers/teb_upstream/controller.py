@@ -253,7 +253,7 @@ def robot_model(parameters: TebUpstreamParameters, setup: ControllerSetup) -> Ro
 
 
 def saturated(speed: float, rate: float, limits: TebUpstreamParameters) -> tuple[float, float]:
-    """Returns the command within the limits; without a limit of reverse speed it is not cut."""
+    """Returns the command within the limits; a reverse limit of 0 cuts no reverse speed."""
     speed_ratio = rate_ratio = 1.0
     if speed > limits.max_vel_x:
         speed_ratio = limits.max_vel_x / speed

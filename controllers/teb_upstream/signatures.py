@@ -39,7 +39,10 @@ class ClassRules(NamedTuple):
 
 @njit(cache=True, error_model="numpy")
 def signature(poses, steps, obstacles, rules):
-    """Returns one number an obstacle (N, 2) m, or real and imaginary part, of a trajectory."""
+    """Returns the signature of a trajectory among obstacles (N, 2) m.
+
+    In time it is one number for each obstacle, in the plane real and imaginary part of one number.
+    """
     if rules.in_time:
         return signature_in_time(poses, steps, obstacles)
     return signature_in_plane(poses, obstacles, rules.prescaler)

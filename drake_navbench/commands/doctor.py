@@ -203,7 +203,7 @@ def _visit(
     from drake_navbench.processes.machine import available_cores
     from drake_navbench.studies.doctor.driving import Driver
     from drake_navbench.studies.doctor.page import write_outputs
-    from drake_navbench.studies.doctor.told import wrapped
+    from drake_navbench.studies.doctor.told import told_of_robot, wrapped
     from drake_navbench.studies.doctor.visit import visit
     from drake_navbench.studies.doctor.words import verdict
 
@@ -213,6 +213,8 @@ def _visit(
 
     with writing(arguments.out):
         arguments.out.mkdir(parents=True, exist_ok=True)
+    if line := told_of_robot(arguments.robot, build_parser().get_default("robot")):
+        tell(line)
     driver = Driver(
         arguments.out,
         arguments.robot,

@@ -244,9 +244,10 @@ def _fill_residuals(knots, problem, residuals, jacobian):
 
 
 def residuals_and_jacobian(knots: Array, problem: KnotProblem) -> tuple[Array, Array]:
-    """Returns residuals (K - 2, 6) and their Jacobian (K - 2, 6, 6) by (P, X, N) of each triple.
+    """Returns residuals (K - 2, 6) and their Jacobian (K - 2, 6, 6).
 
-    knots: (K, 2) m.
+    knots: (K, 2) m. Row k belongs to the neighbours k, k + 1 and k + 2: the last axis of the
+    Jacobian are their coordinates x, y, x, y, x, y.
     """
     residuals = np.zeros((len(knots) - 2, RESIDUALS))
     jacobian = np.zeros((len(knots) - 2, RESIDUALS, COORDINATES))

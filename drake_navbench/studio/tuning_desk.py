@@ -85,7 +85,7 @@ class TuningDesk:
     def save(self, name: str) -> None:
         """Writes the changed Nav2 file; raises ChangedOnDisk, InputError or CannotBeWritten."""
         if not self.file:
-            raise InputError("a preset comes with the package; take the command line below")
+            raise InputError("a preset has no file to save; use the --controllers line below")
         if Path(name).suffix not in (".yaml", ".yml"):
             raise InputError(f"{name}: expected a name that ends in .yaml")
         text = self.column().patched_text

@@ -46,7 +46,7 @@ class TrialSpec:
 
     @cached_property
     def identity(self) -> str:
-        """A digest of all fields, by which a trial's log is known: equal ones, equal trials."""
+        """A digest of all fields: a log belongs to this trial if its header has the same digest."""
         everything = self._shared | {"seed": self.seed, "trial": self.trial}
         return sha256(json.dumps(everything, sort_keys=True).encode()).hexdigest()
 

@@ -210,10 +210,10 @@ def faults_within(
     model: type[BaseModel],
     unknown: str = "unknown field",
 ) -> list[InitErrorDetails]:
-    """Returns the faults of a block as faults of the model around it.
+    """Returns the faults of a block with their places in the file around it.
 
-    place: the block's. model: the block's model, whose nearest field is suggested for an unknown
-    one. unknown: the words for an unknown field.
+    place: where the block lies in that file. model: the block's model; for an unknown field the
+    fault suggests the model's field of the most alike name. unknown: the words for such a fault.
     """
     faults = []
     for fault in error.errors():

@@ -14,22 +14,27 @@ from drake_navbench.logs.text_tables import markdown_table
 INTRODUCTION = """\
 # Metrics
 
-A metric is a number that is computed from the log of one trial; `time_to_goal_s` is the time in s
-until the robot reached the goal. Where a metric has no value for a trial, its cell is empty and
-names the reason. Metrics under "Published" keep the definitions of Schena 2024 with their
-weaknesses; a corrected form stands under another theme, and its name ends in its unit.
+What does a column of a table or report mean? A metric is a number that is computed from the log of
+one trial. These two commands choose the columns of the terminal, and add
+[a metric of your own](two_files.md#metrics):
 
-A metric of your own: decorate a function of a module with
-`drake_navbench.analysis.metrics.metric` and name the module in an entry point of the group
-`drake_navbench.metrics`.
+```
+drake-navbench run empty --controllers rpp --columns time_to_goal_s,min_clearance_m
+drake-navbench run empty --controllers rpp --metric my.py:my_metric
+```
 
-Which plan a formula means, where a trial has several:
-
+- ↑: higher is better; ↓: lower is better; without an arrow neither is. The unit stands in brackets.
+- Bar: verdicts ignore differences up to this one.
+- An empty cell: the metric has no value for that trial; the cell names the reason.
+- Metrics under "Published" keep the definitions of Schena 2024 with their weaknesses; take the
+  corrected form, whose name ends in its unit.
 - *First plan*: the plan made at the start, the only one in `follow_path`. With waypoints it is the
   first plan of each leg, one behind the other (`course` of a `TrialLog`; one by one,
   `first_plans`), in `navigate_through_poses` the one plan through all poses.
 - *Plan in force* at a time: the latest plan that the controller had been given by then, also
   during recoveries and pauses. Metrics of tracking leave out the time before the first plan.
+
+To give a metric to others, name its module in an entry point of the group `drake_navbench.metrics`.
 
 `make docs` makes this page from the docstrings of the metrics.
 """
@@ -40,6 +45,7 @@ A check is a rule that every log must keep, whatever the controller does. The re
 warning for each broken rule; the column `violations` in trials.parquet counts the rows that break
 one.
 """
+ARROWS = {"higher": " ↑", "lower": " ↓", "neither": ""}
 REPLACED_BY = {
     "abort_time": "stall_time_s",
     "avg_heading_error": "heading_error_mean_deg",
@@ -60,7 +66,7 @@ def catalogue() -> str:
     for theme, metrics in installed_metrics().items():
         parts.append(f"\n## {theme.capitalize()}\n")
         rows = [_row(entry) for entry in metrics]
-        titles = ("metric", "unit", "better", "what", "formula")
+        titles = ("metric", "what", "formula")
         parts += markdown_table(titles, rows)
     parts.append(CHECKS)
     checks = ((kind, _first_line(check)) for kind, check in INVARIANTS.items())
@@ -85,8 +91,9 @@ def _row(entry: Metric) -> list[str]:
     if not entry.is_repeatable:
         what += " Differs from run to run."
     if entry.relevant:
-        what += f" Verdicts ignore differences up to {entry.relevant:g} {entry.unit}."
+        what += f" Bar: {entry.relevant:g} {entry.unit}."
     formula, source = section(entry, "Formula"), section(entry, "Source")
     if source:
         formula += f" Source: {source}"
-    return [f"`{entry.name}`", entry.unit or "–", str(entry.better), what, formula]
+    unit = f" [{entry.unit}]" if entry.unit else ""
+    return [f"`{entry.name}`{unit}{ARROWS[entry.better]}", what, formula]

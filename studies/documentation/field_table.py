@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
@@ -12,19 +13,31 @@ from drake_navbench.logs.text_tables import markdown_table
 INTRODUCTION = """\
 # Fields of a robot file
 
-A robot file needs two fields: `description`, and one that gives the outline (`footprint`,
-`robot_radius`, or a `model`, which gives outline and mass). Every other field has the default
-shown here. Instead of writing one, you may name your robot's URDF, SDF or xacro:
-[how](your_robot.md#a-robot-as-it-lies-in-its-repository).
+Look up a field here while you write a robot file. The shortest one that drives:
+
+```yaml
+description: My robot
+robot_radius: 0.2
+```
+
+`description` and an outline are needed (`footprint`, `robot_radius`, or a `model`, which also gives
+the mass). Every other field has the default shown here. A URDF, SDF or xacro can take the file's
+place: [how](your_robot.md#a-robot-as-it-lies-in-its-repository). With `--nav2 FILE` your Nav2 file
+gives the `navigation`, and only [what no Nav2 file contains](nav2_files.md#what-is-taken) is left
+to write.
 
 How to read the tables:
 
 - A heading is the first part of a field's name: `range_max_m` under `lidar` is
-  `lidar.range_max_m`, in a file `lidar: {range_max_m: 8.0}`, for `--sweep` `lidar.range_max_m=4,8`.
+  `lidar.range_max_m`, in a file `lidar: {range_max_m: 8.0}`, for `--sweep`
+  `lidar.range_max_m=4,8`.
 - `NAME` stands for a name of your choice.
 - A row with `type:` or `plugin:` begins the fields of that kind; rows before it apply to all kinds.
 - "Fields of X", "as in X: ...": these rows of X apply, with their defaults.
-- Units stand in brackets. The limits of every field are in `schemas/robot.json`.
+- The default stands in round brackets, the unit in square ones.
+- "As in Nav2": name, meaning and unit are those of Nav2's configuration guide.
+- `schemas/robot.json` has the meaning and the limits of every field;
+  editors show them.
 
 `make docs` makes this page."""
 # Fields that the loader sets.
@@ -35,6 +48,16 @@ DEEPER = "navigation"
 WORTH_SHARING = 3
 # Numbers with more characters are rounded.
 LONG = 10
+# Fields in DEEPER with Nav2's names are listed without their meaning, unless the meaning has one of
+# these words, which tell a difference from Nav2 or a field of ours.
+TELLS_MORE = re.compile(
+    r"\b(Ours|Nav2|here|null|No effect|no effect|scenario|robot's|Kilted|Humble|Ceres|IPOPT"
+    r"|no map|Layers|Filters|For)\b"
+)
+# A block of DEEPER in which every field is shown: attributes of several trees under one name.
+ALL_SHOWN = "behavior_tree"
+AS_IN_NAV2 = "As in Nav2."
+TITLES = ("field (default)", "meaning")
 
 Row = tuple[str, str, str]
 Field = Mapping[str, Any]
@@ -68,7 +91,42 @@ def robots_page() -> str:
 
 
 def _table(rows: Iterable[Row]) -> list[str]:
-    return markdown_table(("field", "default", "meaning"), rows)
+    """Returns a table of fields with one row for all parameters of Nav2's AMCL."""
+    long: list[tuple[str, str]] = []
+    amcls: list[str] = []
+    for place, default, meaning in rows:
+        shown = _with_default(place, default)
+        if place.startswith("`amcl.") and not place.endswith(("_m`", "_rad`")):
+            amcls.append(shown)
+        else:
+            long.append((shown, meaning))
+    if amcls:
+        where = [shown for shown, _ in long].index("`amcl` (none)") + 1
+        long.insert(where, (", ".join(amcls), AS_IN_NAV2))
+    return markdown_table(TITLES, long)
+
+
+def _with_default(place: str, default: str) -> str:
+    return f"{place} ({default})" if default else place
+
+
+def _short_table(rows: Iterable[Row]) -> list[str]:
+    """Returns a table of fields with one row for neighbours that mean the same as in Nav2."""
+    short: list[tuple[str, str]] = []
+    names: list[str] = []
+    for place, default, meaning in rows:
+        is_kind = place.startswith(("`plugin:", "`type:"))
+        shown = f"{place} ({default})" if default else place
+        if not is_kind and default and not TELLS_MORE.search(meaning):
+            names.append(shown)
+            continue
+        if names:
+            short.append((", ".join(names), AS_IN_NAV2))
+            names = []
+        short.append((shown, meaning))
+    if names:
+        short.append((", ".join(names), AS_IN_NAV2))
+    return markdown_table(TITLES, short)
 
 
 class Page:
@@ -97,7 +155,8 @@ class Page:
             rows = list(self._rows_of_block(field, f"{prefix}{name}", "", ()))
             if rows[0][0] == "``":
                 yield from ("", rows.pop(0)[2])
-            yield from ("", *_table(rows))
+            is_nav2s = prefix == f"{DEEPER}." and name != ALL_SHOWN
+            yield from ("", *(_short_table(rows) if is_nav2s else _table(rows)))
 
     def _rows_of_block(
         self, field: Field, whole: str, prefix: str, above: tuple[str, ...]

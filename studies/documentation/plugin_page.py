@@ -15,11 +15,17 @@ DATA_FILE = "nav2_plugins.yaml"
 HEADING = """\
 # The plugins of Nav2
 
-Made by `make docs` of [nav2_plugins.yaml](nav2_plugins.yaml): every plugin that Nav2 ships in its
-releases Humble to Lyrical, and what stands for it here. "Rules of" is the release whose code ours
-follows. Equality was found by compiling the original with stand-ins for ROS, outside of this
-project, and giving both the same input; where nothing is said, ours follows the source and its own
-tests.
+Is a plugin that your Nav2 file names here, and does it behave as Nav2's? Every plugin that Nav2
+ships in Humble to Lyrical stands in a table below. `drake-navbench run --nav2 FILE --check` tells
+it for one file. `make docs` makes this page of [nav2_plugins.yaml](nav2_plugins.yaml).
+
+- **releases**: the Nav2 releases that ship the plugin.
+- **here**: the name of its counterpart; "–" means that there is none.
+- **rules of**: the releases whose behaviour the counterpart has. Of several, your file's release
+  decides.
+- **how equal**: the largest difference from Nav2's C++, both given the same input (commands in m/s
+  and rad/s, positions in m). Where nothing is said, the counterpart follows Nav2's source and its
+  tests.
 """
 
 
@@ -76,17 +82,34 @@ def plugin_page(shipped: ShippedPlugins) -> str:
     for sort in shipped.kinds:
         lines += [f"## {sort.kind}", ""]
         lines += [sort.note, ""] if sort.note else []
-        titles = ("in Nav2", "releases", "here", "rules of", "equality, or remark")
+        titles = ("in Nav2", "releases", "here", "rules of", "how equal")
         lines += [*markdown_table(titles, _rows(sort)), ""]
     return "\n".join(lines)
 
 
 def _rows(sort: PluginSort) -> Iterator[tuple[str, ...]]:
+    """Yields a row for all plugins of a kind about which the same is to be said."""
+    alike: dict[tuple[str, ...], list[ShippedPlugin]] = {}
     for plugin in sort.plugins:
-        here = ", ".join(f"`{name}`" for name in (plugin.ours, plugin.beside) if name) or "–"
-        shipped = _span(plugin.releases)
         equal = plugin.equal or plugin.remark or ""
-        yield f"`{plugin.type}`", shipped, here, plugin.release or "", equal
+        said = (_span(plugin.releases), plugin.release or "", equal, _naming(plugin))
+        alike.setdefault(said, []).append(plugin)
+    for (span, release, equal, naming), plugins in alike.items():
+        own = [name for plugin in plugins for name in (plugin.ours, plugin.beside) if name]
+        here = naming or _listed(own)
+        yield _listed([plugin.type for plugin in plugins]), span, here, release, equal
+
+
+def _naming(plugin: ShippedPlugin) -> str:
+    """Returns in words how a plugin is called here; '' where its names are to be listed."""
+    if plugin.ours is None:
+        return "–"
+    return "same name" if plugin.ours == plugin.type else ""
+
+
+def _listed(names: list[str]) -> str:
+    """Returns names, each once."""
+    return ", ".join(f"`{name}`" for name in dict.fromkeys(names))
 
 
 def _span(releases: list[Release]) -> str:

@@ -190,7 +190,7 @@ def test_abort_time_is_zero_when_the_speed_never_drops():
 
 
 def test_abort_time_has_no_value_where_the_last_sample_is_the_slowest():
-    with pytest.raises(Undefined, match="last published sample is the slowest"):
+    with pytest.raises(Undefined, match="slowest in the last published sample"):
         published.abort_time(log_of_samples([0.5, 0.3, 0.1]))
     # The first of equals counts.
     assert published.abort_time(log_of_samples([0.5, 0.1, 0.1])) == pytest.approx(PERIOD_S)

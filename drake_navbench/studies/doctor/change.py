@@ -130,9 +130,9 @@ def judge(
     """Yields the judgements of the best changes, until one helps and brings nothing else.
 
     Of several changes that take the symptom away, all are judged while the budget lasts: one may
-    only make up for the cause and leave its other symptoms. If the best so far leaves none, or one
-    trial with one, no other can be offered before it. The smallest sets come first. seed: of the
-    visit. bar: the severity above which a trial shows the symptom.
+    only make up for the cause and leave its other symptoms. No further change is judged once one
+    leaves other symptoms in at most one trial. The smallest sets come first. seed: of the visit.
+    bar: the severity above which a trial shows the symptom.
     """
     shown = [e for e in tried if e.verdict is Verdict.SHOWN and e.trial is not None]
     enough = [e for e in shown if e.after <= 0.5 * bar] or shown

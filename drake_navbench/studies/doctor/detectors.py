@@ -166,9 +166,10 @@ DETECTORS: tuple[Detector, ...] = (
 
 
 def severities(log: TrialLog) -> dict[str, float]:
-    """Returns each symptom's severity in a log: above 1 it is there.
+    """Returns each symptom's severity in a log; the log shows a symptom whose severity exceeds 1.
 
-    Late cycles count where cycles take time; else this computer's load would count.
+    Late cycles count only if control cycles take time in the simulation: otherwise they tell of the
+    load of the computer that drove the trial.
     """
     drive = drive_of(log)
     if len(drive.time_s) < 3:

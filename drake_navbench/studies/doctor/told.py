@@ -47,6 +47,16 @@ def wrapped(text: str, first: str = "", rest: str = INDENT) -> list[str]:
     )
 
 
+def told_of_robot(robot: str, default: str) -> str:
+    """Returns the line about a robot that the user did not name; '' about a named one."""
+    if robot != default:
+        return ""
+    return (
+        f"Robot: {default}, as no --robot is given. A Nav2 file does not have the mass, lidar and "
+        "drive of yours."
+    )
+
+
 def told_of_reading(
     facts: Facts,
     findings: Sequence[Finding],

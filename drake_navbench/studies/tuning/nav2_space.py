@@ -119,8 +119,8 @@ def _chosen(columns: FileColumns, plugin: str | None) -> str:
         return names[0]
     if plugin not in names:
         raise InputError(
-            f"--controller {plugin or ''}: expected one of {columns.file.told}'s controllers, "
-            f"{', '.join(names) or 'of which there is none'}"
+            f"--controller {plugin or ''}: expected a controller of {columns.file.told}: "
+            f"{', '.join(names) or 'the file has none'}"
         )
     return plugin
 

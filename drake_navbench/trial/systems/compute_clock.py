@@ -45,7 +45,8 @@ class ComputeClock:
     def known(self, cycle: int, measured: tuple[float, float]) -> tuple[float, float]:
         """Returns the wall-clock and processor time of a cycle, ms; raises InputError.
 
-        cycle: counted from 0. measured: its times in this run, which count where no log has any.
+        cycle: counted from 0. measured: its times in this run; they are returned unless the trial
+        repeats the times of a log.
         """
         if self._logged is None:
             return measured

@@ -20,7 +20,7 @@ DECIMALS = 4
 
 
 def is_array(value: Any) -> bool:
-    """Returns whether a value of the diagnostics is an array, which is kept only now and then."""
+    """Returns whether a value of the diagnostics is an array; not every sample keeps arrays."""
     return isinstance(value, np.ndarray) and value.ndim > 0
 
 
