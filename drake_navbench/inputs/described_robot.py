@@ -44,6 +44,7 @@ from drake_navbench.inputs.descriptions.model_source import Source, read_source
 from drake_navbench.inputs.known_base import NOTHING_KNOWN, KnownBase, around_origin
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.navigation.costmaps.observation_layers import ObstacleLayerParameters
+from drake_navbench.typed_files.quantities import MAX_LENGTH_M, MIN_SIZE_M
 
 # The values of a drive that are fields of every base; the other values describe wheels.
 LIMITS = (
@@ -306,7 +307,7 @@ class _Table:
             self.add(Status.DOUBTFUL, "drive", remark)
 
     def drive(self, found: FoundDrive, *, is_omni: bool = False) -> dict[str, Any]:
-        """Returns the field drive.
+        """Returns the fields drive and actuators.
 
         is_omni: whether a Nav2 file takes the base for an omnidirectional one.
         """
@@ -358,7 +359,13 @@ class _Table:
             self.add(Status.ASSUMED, ", ".join(missing), DEFAULTS)
         if found.remark:
             self.add(Status.STAND_IN, "limits", found.remark)
-        return {"drive": fields} if fields else {}
+        found_fields = {"drive": fields} if fields else {}
+        # Wheels that skid are commanded as if they were farther apart.
+        separation_m = values.get("wheel_separation_m", 0.0)
+        separation_m *= values.get("wheel_separation_multiplier", 1.0)
+        if kind == DIFFERENTIAL and MIN_SIZE_M <= separation_m <= MAX_LENGTH_M:
+            found_fields["actuators"] = {"wheel_separation_m": separation_m}
+        return found_fields
 
     def _axle(self, ahead_m: float | None) -> dict[str, float]:
         """Returns the field of a rear axle that is not at the base frame's origin; None: untold."""

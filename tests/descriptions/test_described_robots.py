@@ -158,7 +158,8 @@ def test_the_limits_of_ros2_control_are_those_of_its_file(tmp_path):
     config.write_text(
         "controller_manager:\n  ros__parameters:\n    base:\n"
         "      type: diff_drive_controller/DiffDriveController\n"
-        "base:\n  ros__parameters:\n    wheel_separation: 0.5\n"
+        "base:\n  ros__parameters:\n    wheel_separation: 0.4\n"
+        "    wheel_separation_multiplier: 1.5\n"
         "    linear.x.max_velocity: 0.7\n    angular: {z: {max_velocity: 1.9}}\n"
     )
     text = XACRO[: XACRO.index("<gazebo><plugin")]
@@ -167,9 +168,11 @@ def test_the_limits_of_ros2_control_are_those_of_its_file(tmp_path):
         "<parameters>$(find cart_description)/controllers.yaml</parameters></plugin></gazebo>"
         "</robot>"
     )
-    drive = load_robot(str(path)).drive
-    assert drive.max_linear_velocity_mps == 0.7
-    assert drive.max_angular_velocity_radps == 1.9
+    robot = load_robot(str(path))
+    assert robot.drive.max_linear_velocity_mps == 0.7
+    assert robot.drive.max_angular_velocity_radps == 1.9
+    # Wheels that skid are commanded as if they were farther apart.
+    assert robot.actuators.wheel_separation_m == pytest.approx(0.6)
     off = "    linear.x.has_velocity_limits: false\n    linear.x.min_velocity: 0.0\n"
     config.write_text(config.read_text() + off)
     drive = load_robot(str(path), arguments={"length": "1"}).drive

@@ -14,6 +14,7 @@ from drake_navbench.inputs.descriptions.gazebo_drive import drive_of
 from drake_navbench.inputs.descriptions.model_source import read_source
 from drake_navbench.inputs.package_files import ROBOT
 from drake_navbench.inputs.package_search import find_package_files
+from drake_navbench.inputs.robot import load_robot
 
 BODY = (
     '<link name="base_link"><collision><geometry><box size="0.6 0.4 0.2"/></geometry></collision>'
@@ -356,6 +357,8 @@ def test_wheels_that_a_plugin_tells_otherwise_than_the_model_are_doubtful(tmp_pa
     path = robot(tmp_path, *wheels, plugin.format(0.2))
     said = "separation 0.2 m, that of the model's wheels is 0.4 m"
     assert drive(path).differs == said
+    # By its wheels' speeds, v -+ 0.1 m w, the base stands below a deadband.
+    assert load_robot(str(path)).actuators.wheel_separation_m == 0.2
     assert f"libdiff_drive.so gives {said}" in describe_robot(path).check.as_text(300)
     # With four wheels, which skid, another separation may be meant, another radius is not.
     more = [wheel(n, y, CYLINDER.format(0.1)) for n, y in (("back_l", 0.2), ("back_r", -0.2))]

@@ -132,6 +132,7 @@ def _controller_values(parameters: Mapping[str, Any]) -> dict[str, float]:
 
     names = {
         "wheel_separation_m": "wheel_separation",
+        "wheel_separation_multiplier": "wheel_separation_multiplier",
         "wheel_radius_m": "wheel_radius",
         "max_linear_velocity_mps": "linear.x.max_velocity",
         "min_linear_velocity_mps": "linear.x.min_velocity",
