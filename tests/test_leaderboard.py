@@ -163,7 +163,7 @@ def test_a_manifest_that_tells_another_seed_than_was_driven_is_found(root, capsy
     manifest = root / "seed_8" / "manifest.json"
     request = json.loads(manifest.read_text())["request"]
     change_json(manifest, request=request | {"seed": 3})
-    assert "seed of short, rpp, trial 0: expected" in refusal(root, capsys, "seed_8")
+    assert "seed of short, rpp, trial 0: got " in refusal(root, capsys, "seed_8")
 
 
 def test_an_unfinished_campaign_is_refused(root, capsys):

@@ -129,5 +129,5 @@ def test_a_value_as_in_the_file_again_is_no_change(tuning):
 
 def test_a_preset_is_not_saved(tmp_path):
     desk = TuningDesk(OpenFolder.at(tmp_path))
-    with pytest.raises(InputError, match="a preset comes with the package"):
+    with pytest.raises(InputError, match="a preset has no file to save"):
         desk.save("rpp.yaml")

@@ -82,7 +82,7 @@ def test_what_is_unknown_refused_or_without_effect_is_told_before_anything_is_dr
         (["rpp", "--map", WARD, "--goals", "3"], "--map: expected --nav2 FILE with it"),
         (
             ["--nav2", str(JAZZY), "--controller", "Other", "--scenarios", "empty"],
-            "--controller Other: expected one of",
+            "--controller Other: expected a controller of ",
         ),
     ],
 )
