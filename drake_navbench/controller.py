@@ -335,6 +335,10 @@ class ControllerParameters(BaseModel):
         """Returns whether the controller may command a turn in place, which no car can follow."""
         return True
 
+    def looks_for_motion(self) -> bool:
+        """Returns whether the controller finds what moves by the cells of the local costmap."""
+        return False
+
 
 def _dotted_names(values: Mapping[str, Any], prefix: str = "") -> Iterator[str]:
     """Yields the names of values and of the blocks that they are in."""

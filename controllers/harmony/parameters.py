@@ -162,6 +162,10 @@ class HarmonyParameters(ControllerParameters):
         """Returns the limits of its plans."""
         return AskedSpeeds(self.max_vel_x, -self.max_vel_x_backwards, self.max_vel_theta)
 
+    def looks_for_motion(self) -> bool:
+        """Returns `stop_for_moving`."""
+        return self.stop_for_moving
+
     @model_validator(mode="after")
     def _check_stop_fits(self) -> Self:
         duration_s = self.step_count * self.time_step

@@ -101,7 +101,7 @@ class PolishParameters(Block):
     )
 
 
-def _resolve_motion_model(raw: dict[str, Any]) -> None:
+def resolve_motion_model(raw: dict[str, Any]) -> None:
     """Replaces Nav2's `motion_model: name` and its block `name: {plugin: ...}` by the model."""
     name = raw.get("motion_model", DEFAULT_MOTION_MODEL)
     if not isinstance(name, str):

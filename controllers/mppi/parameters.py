@@ -21,7 +21,7 @@ from drake_navbench.controllers.mppi.parameter_blocks import (
     PolishParameters,
     ValidatorParameters,
     VisualizerParameters,
-    _resolve_motion_model,
+    resolve_motion_model,
 )
 from drake_navbench.plugins.kinds import PluginKind
 from drake_navbench.plugins.releases import (
@@ -317,7 +317,7 @@ class MppiParameters(ParametersWithCritics):
         if not isinstance(raw, Mapping):
             return raw
         raw = dict(raw)
-        _resolve_motion_model(raw)
+        resolve_motion_model(raw)
         return raw
 
     @model_validator(mode="after")

@@ -136,10 +136,6 @@ def _described(
     return DescribedRobot(fields, check, base, height_m, floor_m, source, tells_outline)
 
 
-# Wheels that cannot be mecanum wheels; of more that only the model tells, mecanum often look alike.
-TWO_WHEELS = "2 wheels"
-
-
 class _Table:
     """The rows of the table, and the fields, that are made of a model."""
 
@@ -326,7 +322,7 @@ class _Table:
             remark = f"{found.source}: without wheelbase and steering limit; a differential base"
             self.add(Status.STAND_IN, "drive", remark)
             kind = DIFFERENTIAL
-        elif is_omni and kind == DIFFERENTIAL and found.is_guess and found.source != TWO_WHEELS:
+        elif is_omni and found.may_roll_sideways:
             kind = OMNIDIRECTIONAL
             remark = f"{kind}, as in the Nav2 file: the model has {found.source} only"
             self.add(Status.OTHER_FORM, "drive", remark)

@@ -23,9 +23,6 @@ from drake_navbench.kernels.rasterize import MASK_FULL
 from drake_navbench.navigation.costmaps.map_file import UNKNOWN
 from drake_navbench.navigation.costmaps.observation_layers import SensingParameters
 
-# The parameter of a controller that stops for what moves in the local costmap.
-STOPS_FOR_MOVING = "stop_for_moving"
-
 
 def check_task(scenario: Scenario, robot: Robot) -> None:
     """Raises InputError where the robot cannot stand at the start, or cannot get to the goal.
@@ -206,7 +203,7 @@ def _warn_of_kept_cells(preset: Preset, robot: Robot) -> None:
 
     With Nav2's default only beams that end at a wall clear cells.
     """
-    if not getattr(preset.parameters, STOPS_FOR_MOVING, False):
+    if not preset.parameters.looks_for_motion():
         return
     costmap = robot.navigation.local_costmap
     layers = {name: costmap.block(name) for name in costmap.plugins if costmap.is_active(name)}
@@ -217,9 +214,9 @@ def _warn_of_kept_cells(preset: Preset, robot: Robot) -> None:
             clears = source.clearing and source.inf_is_valid
             if source.data_type == "LaserScan" and not clears:
                 warnings.warn(
-                    f"controller {preset.name}: {STOPS_FOR_MOVING} sees what moves only in rooms: "
-                    f"beams without a hit clear no cells; for the open set {layer}.{name}."
-                    "inf_is_valid and clearing to true in both costmaps",
+                    f"controller {preset.name}: sees what moves only between walls within the "
+                    "lidar's range, as beams without a hit clear no cells; for open spaces set "
+                    f"{layer}.{name}.inf_is_valid and clearing to true in both costmaps",
                     InputWarning,
                     stacklevel=3,
                 )

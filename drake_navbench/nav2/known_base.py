@@ -8,10 +8,9 @@ from pathlib import Path
 from drake_navbench.inputs.known_base import KnownBase
 from drake_navbench.nav2.controllers import SERVER
 from drake_navbench.nav2.costmaps import GLOBAL_COSTMAP, LOCAL_COSTMAP
+from drake_navbench.nav2.loadable import AMCL
 from drake_navbench.nav2.outline import are_corners, parse_points
 from drake_navbench.nav2.parameters import Node, nodes_called, read_parameter_file
-
-AMCL = "amcl"
 
 
 def known_base_of(paths: Sequence[Path]) -> KnownBase:

@@ -30,6 +30,8 @@ WITHOUT = frozenset(
 )
 # The behaviour server's name before Humble; no release since then reads its parameters.
 OLD_NODE = "recoveries_server"
+# A node that is not read, as the pose is exact; but it has to start, too.
+AMCL = "amcl"
 _TREE_NODES = packaged_table(__package__, "loadable_tree_nodes.yaml")
 # A node of behaviour trees -> the first release that has it; nodes of all releases are left out.
 TREE_NODES_SINCE: Mapping[str, Release] = {
@@ -110,7 +112,7 @@ def slips_of(
 
 
 def _names_plugin(node: str, parameter: str) -> bool:
-    if node == "amcl":
+    if node == AMCL:
         return parameter == "robot_model_type"
     return parameter.rpartition(".")[2] in TYPES and node != OLD_NODE
 

@@ -24,5 +24,3 @@ READ = (
     WAYPOINT_FOLLOWER,
     VELOCITY_SMOOTHER,
 )
-# A node that is not read, as the pose is exact; but it has to start, too.
-AMCL = "amcl"

@@ -30,7 +30,7 @@ from drake_navbench.typed_files.yaml_loader import MergesByDefinition, made, req
 LAUNCH_SUFFIXES = (".py", ".xml", ".launch")
 PARAMETERS_KEY = "ros__parameters"
 # Another spelling of it, with which ROS does not read the file.
-MISSPELT_KEY = re.compile(r"_*ros_*param\w*", re.IGNORECASE)
+MISSPELT_KEY = re.compile(r"_*ros_*param(?:eter)?s?_*", re.IGNORECASE)
 # A patch, a check and a trial of the doctor each read the same few texts several times.
 TEXTS_REMEMBERED = 16
 MERGE_TAG = "tag:yaml.org,2002:merge"

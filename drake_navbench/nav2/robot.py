@@ -42,9 +42,9 @@ from drake_navbench.nav2.file_remarks import (
     note_unloadable,
     note_wide_tolerance,
 )
+from drake_navbench.nav2.loadable import AMCL
 from drake_navbench.nav2.nav2_setup import Nav2Setup
 from drake_navbench.nav2.node_names import (
-    AMCL,
     BEHAVIOR_SERVER,
     BT_NAVIGATOR,
     COLLISION_MONITOR,

@@ -197,19 +197,6 @@ class CollisionMonitorParameters(QuietModel):
         description="Names of the observation sources, in order.",
     )
 
-    @property
-    def ranges_count_for_s(self) -> float:
-        """Age up to which a reading of a range sensor may be looked at, s.
-
-        0 where only the newest is; inf where a source has no timeout.
-        """
-        if self.nav2_release < Release.LYRICAL:
-            return 0.0
-        sources = (s for s in self.observation_sources.values() if s.type == "range")
-        given = (s.source_timeout for s in sources)
-        timeouts = [self.source_timeout if one is None else one for one in given]
-        return max((one if one > 0.0 else math.inf for one in timeouts), default=0.0)
-
 
 class ShapeState(NamedTuple):
     """hits, misses: cycles in a row. is_triggered. sub_polygon: name of the last one chosen."""

@@ -25,8 +25,6 @@ Mounting = tuple[float, float, float]
 
 # A reading that would become more points than this is ignored, as in Nav2 from Lyrical on.
 MAX_POINTS = 10_000
-# The widest cone of a reading that Nav2 takes from Lyrical on, rad.
-WIDEST_CONE = math.pi
 DEGREE = math.pi / 180.0
 NANOSECONDS_PER_SECOND = 1e9
 
@@ -172,19 +170,9 @@ def _scan_points(sensed: MonitorReadings, timeout_s: float, mounting: Mounting) 
 
 
 def _newest(readings: Sequence[RangeReading], release: Release) -> RangeReading | None:
-    """Returns the newest reading that the release takes; None where there is none.
-
-    Lyrical drops the message of a range that is not finite, of a cone without width, and of a
-    sensor whose least range is not below its longest.
-    """
-    for reading in reversed(readings):
-        if release < Release.LYRICAL or (
-            math.isfinite(reading.range_m)
-            and 0.0 < reading.field_of_view_rad <= WIDEST_CONE
-            and 0.0 <= reading.range_min_m < reading.range_max_m
-        ):
-            return reading
-    return None
+    """Returns the newest reading that the release takes; None where there is none."""
+    taken = (one for one in reversed(readings) if release < Release.LYRICAL or one.is_taken)
+    return next(taken, None)
 
 
 def _arc(

@@ -68,7 +68,9 @@ def add_sensors(
     if robot.range_sensors:
         range_sensors = builder.AddNamedSystem(
             "range_sensors",
-            RangeSensors(robot.range_sensors, world, keep_s=_kept_s(robot), **_on_floors(floors)),
+            RangeSensors(
+                robot.range_sensors, world, keep_s=_longest_cycle_s(robot), **_on_floors(floors)
+            ),
         )
         _connect(builder, range_sensors, signals, moving_world)
         ranges = range_sensors.GetOutputPort("ranges")
@@ -80,16 +82,11 @@ def _on_floors(floors: TrialFloors | None) -> dict[str, Any]:
     return {} if floors is None else {"floors": floors.sights, "floor_clock": floors.clock}
 
 
-def _kept_s(robot: Robot) -> float:
-    """Returns the time for which readings of range sensors are needed, s.
-
-    That between two updates of the slower costmap, or as long as they count for the monitor.
-    """
+def _longest_cycle_s(robot: Robot) -> float:
+    """Returns the time between two updates of the slower costmap, s."""
     navigation = robot.navigation
     costmaps = navigation.local_costmap, navigation.global_costmap
-    cycle_s = max(1.0 / costmap.update_frequency for costmap in costmaps)
-    monitor = navigation.collision_monitor
-    return cycle_s if monitor is None else max(cycle_s, monitor.ranges_count_for_s)
+    return max(1.0 / costmap.update_frequency for costmap in costmaps)
 
 
 def _connect(

@@ -161,14 +161,14 @@ def told_of_kept_cells(preset, robot, tmp_path):
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         plan_campaign([scenario], [preset], trials=1, robot=robot)
-    return [str(w.message) for w in caught if "stop_for_moving" in str(w.message)]
+    return [str(w.message) for w in caught if "what moves" in str(w.message)]
 
 
 def test_a_stop_for_what_moves_where_the_costmap_keeps_what_has_left_is_told(tmp_path):
     stopping = "harmony:stop_for_moving=true"
     (told,) = told_of_kept_cells(stopping, "wheelchair", tmp_path)
-    assert "sees what moves only in rooms" in told
-    assert "for the open set obstacle_layer.scan.inf_is_valid and clearing to true" in told
+    assert "sees what moves only between walls within the lidar's range" in told
+    assert "for open spaces set obstacle_layer.scan.inf_is_valid and clearing to true" in told
     assert told_of_kept_cells("harmony", "wheelchair", tmp_path) == []
     scan = "{inf_is_valid: true, clearing: true, max_obstacle_height: 2.0}"
     layer = f"{{obstacle_layer: {{observation_sources: {{scan: {scan}}}}}}}"

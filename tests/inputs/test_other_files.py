@@ -38,7 +38,7 @@ def test_an_image_where_a_map_belongs_is_told_with_the_file_beside_it(in_folder,
 def test_an_image_of_another_machines_path_is_taken_from_beside_the_map(in_folder):
     Image.new("L", (4, 3), 254).save("place.pgm")
     Path("place.yaml").write_text(
-        "image: /home/robot/place.pgm\nresolution: 0.05\norigin: [0.0, 0.0, 0.0]\n"
+        "image: /elsewhere/place.pgm\nresolution: 0.05\norigin: [0.0, 0.0, 0.0]\n"
         "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.25\n"
     )
     with pytest.warns(InputWarning, match="no such file; place.pgm beside it is taken"):

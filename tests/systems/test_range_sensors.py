@@ -82,6 +82,21 @@ def test_readings_are_kept_for_as_long_as_somebody_may_want_them():
     assert [reading.time_s for reading in ranges["slow"]] == [1.0]
 
 
+def test_the_newest_range_that_the_collision_monitor_takes_is_kept_until_it_takes_another():
+    """The wall is out of range from 0.3 s on: then every reading is inf, which it drops."""
+    sonar = RangeSensorSettings(period_s=0.1, range_max_m=1.0, out_of_range="inf")
+    system = RangeSensors({"sonar": sonar}, World([WALL]), keep_s=0.25)
+    context = system.CreateDefaultContext()
+    kept, times = None, []
+    for number, x in enumerate((1.5, 1.5, 1.5, 0.0, 0.0, 0.0, 0.0)):
+        context.SetTime(0.1 * number)
+        system.get_input_port(0).FixValue(context, [x, 0.0, 0.0, 0.0, 0.0, 0.0])
+        kept = system._look("sonar", context, kept)
+        times.append([round(one.time_s, 1) for one in kept])
+    assert times[3:5] == [[0.1, 0.2, 0.3], [0.2, 0.3, 0.4]]
+    assert times[5:] == [[0.2, 0.3, 0.4, 0.5], [0.2, 0.4, 0.5, 0.6]]
+
+
 def test_noise_is_the_trials_own_and_each_sensors_own():
     noisy = {"range_std_m": 0.1}
 

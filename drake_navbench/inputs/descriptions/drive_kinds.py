@@ -37,7 +37,8 @@ class FoundDrive(NamedTuple):
     units. remark: a limit in the files that is not used, and why; '' without one. differs: how its
     wheels differ from those of the model's links; '' without a difference. steering: joints that
     the plugin or controller steers, by its own words. is_guess: whether neither plugin nor
-    controller tells the kind, but the wheels' number, names and axles.
+    controller tells the kind, but the wheels' number, names and axles. may_roll_sideways: whether
+    they are more than two, of which the model does not tell whether they are mecanum wheels.
     """
 
     kind: str
@@ -47,6 +48,7 @@ class FoundDrive(NamedTuple):
     differs: str = ""
     steering: frozenset[str] = frozenset()
     is_guess: bool = False
+    may_roll_sideways: bool = False
 
 
 def kind_of(text: str) -> str:

@@ -38,7 +38,9 @@ def drive_by_wheels(model: Model, wheels: Sequence[Wheel]) -> FoundDrive:
     kind = OMNIDIRECTIONAL if is_omni else DIFFERENTIAL if len(wheels) >= 2 else ""
     if steered and any(carrier_of(model, w) not in steered for w in wheels):
         kind = ACKERMANN
-    return FoundDrive(kind, f"{len(wheels)} wheels" if wheels else "", {}, is_guess=True)
+    source = f"{len(wheels)} wheels" if wheels else ""
+    may_roll_sideways = kind == DIFFERENTIAL and len(wheels) > 2
+    return FoundDrive(kind, source, {}, is_guess=True, may_roll_sideways=may_roll_sideways)
 
 
 def _steering_joints(model: Model, wheels: Sequence[Wheel]) -> list[Joint]:

@@ -15,7 +15,7 @@ from drake_navbench.navigation.behavior_tree.tree_node import (
     ControlNode,
     InOrderNode,
     TreeNode,
-    _reset,
+    make_idle,
 )
 
 
@@ -99,12 +99,12 @@ class RecoveryNode(ControlNode):
                     return main.status
                 if self.retry_count >= self.number_of_retries:
                     return Status.FAILURE
-                _reset(main)
+                make_idle(main)
                 self.is_recovering = True
             yield from recovery.tick()
             if recovery.status != Status.SUCCESS:
                 return recovery.status
-            _reset(recovery)
+            make_idle(recovery)
             self.retry_count += 1
             self.is_recovering = False
 

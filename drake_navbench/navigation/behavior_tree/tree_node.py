@@ -88,10 +88,11 @@ class ControlNode(TreeNode, Composite):
     def _reset_children(self) -> None:
         """Makes all children idle, which halts those that run."""
         for child in self.children:
-            _reset(child)
+            make_idle(child)
 
 
-def _reset(node: Behaviour) -> None:
+def make_idle(node: Behaviour) -> None:
+    """Makes a node idle, which halts it if it runs."""
     if node.status != Status.INVALID:
         node.stop(Status.INVALID)
 

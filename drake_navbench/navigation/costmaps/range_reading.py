@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.immutable import Immutable
 from drake_navbench.kernels.poses import compose
+
+# The widest cone of which the collision monitor takes a reading, rad.
+WIDEST_CONE = math.pi
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,3 +49,14 @@ class RangeReading(Immutable):
     def is_within_range(self) -> bool:
         """Whether the sensor can measure the distance."""
         return self.range_min_m <= self.range_m <= self.range_max_m
+
+    @property
+    def is_taken(self) -> bool:
+        """Whether Lyrical's collision monitor takes the message, so that it replaces the last one.
+
+        It drops a range that is not finite, a cone without width, and a sensor whose least range is
+        not below its longest.
+        """
+        is_cone = 0.0 < self.field_of_view_rad <= WIDEST_CONE
+        is_sensor = 0.0 <= self.range_min_m < self.range_max_m
+        return math.isfinite(self.range_m) and is_cone and is_sensor

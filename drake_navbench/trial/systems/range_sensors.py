@@ -28,7 +28,8 @@ class RangeSensors(ShapeSensors):
     """Sonars and infrared sensors, which measure one distance each.
 
     Inputs as of ShapeSensors. Output `ranges`: by the sensor's name the readings of the last
-    `keep_s`, the oldest first. Abstract parameter 0 is the trial's seed.
+    `keep_s`, the oldest first; where the collision monitor takes none of these, the newest one that
+    it takes comes before them. Abstract parameter 0 is the trial's seed.
 
     keep_s: the longest period of a system that reads every reading. floors: the surroundings seen
     on each floor of a mission; with them comes floor_clock.
@@ -58,8 +59,11 @@ class RangeSensors(ShapeSensors):
         self, name: str, context: Context, before: tuple[RangeReading, ...] | None
     ) -> tuple[RangeReading, ...]:
         oldest_s = context.get_time() - self._keep_s
-        kept = (one for one in before or () if one.time_s >= oldest_s)
-        return (*kept, self._reading(name, context))
+        kept = [one for one in before or () if one.time_s >= oldest_s]
+        kept.append(self._reading(name, context))
+        if not any(one.is_taken for one in kept):
+            kept = [one for one in before or () if one.is_taken][-1:] + kept
+        return tuple(kept)
 
     def _reading(self, name: str, context: Context) -> RangeReading:
         settings = self._sensors[name]
