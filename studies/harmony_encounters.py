@@ -1,8 +1,8 @@
 """Encounters: somebody who does not see the robot walks straight on to where it will be.
 
 `python studies/harmony_encounters.py --seed N --count M` drives M encounters for each walking speed
-and prints how many end in a touch, in how many of these the robot is at rest, and how many of them
-found it driving before (docs/harmony.md). --map nav2 leaves the costmaps as Nav2's defaults have
+and prints how many end in a touch, in how many of these the robot is at rest, and the same of those
+that found it driving before (docs/harmony.md). --map nav2 leaves the costmaps as Nav2's defaults have
 them, in which cells that somebody has left stay where no beam has a hit behind them. --room puts
 walls around: a hall that holds all encounters, or a ward, which leaves those out that begin outside
 or within WALL_M of a wall.
@@ -151,11 +151,12 @@ def summary(found: list[Met]) -> str:
         return f"none of {len(found)} touch"
     least = stats.binomtest(at_rest, len(touched), alternative="greater").proportion_ci().low
     fastest_mps = max(abs(one.v_mps) for one in touched)
-    drove = sum(one.before_mps > DRIVES_MPS for one in touched)
+    drove = [one.is_at_rest for one in touched if one.before_mps > DRIVES_MPS]
     return (
         f"{len(touched)} of {len(found)} touch; the robot is at rest in {at_rest} of them (more "
-        f"than {least:.1%} at 95%), and at most {fastest_mps:.2f} m/s fast in the others; it drove "
-        f"faster than {DRIVES_MPS:g} m/s {BEFORE_S:g} s before in {drove}"
+        f"than {least:.1%} at 95%), and at most {fastest_mps:.2f} m/s fast in the others; of the "
+        f"{len(drove)} before which it was faster than {DRIVES_MPS:g} m/s {BEFORE_S:g} s earlier it "
+        f"is at rest in {sum(drove)}"
     )
 
 
