@@ -2,8 +2,8 @@
 
 `python studies/harmony_encounters.py --seed N --count M` drives M encounters for each walking speed
 and prints how many end in a touch, in how many of these the robot is at rest, and the same of those
-that found it driving before (docs/harmony.md). --map nav2 leaves the costmaps as Nav2's defaults have
-them, in which cells that somebody has left stay where no beam has a hit behind them. --room puts
+that found it driving before (docs/harmony.md). --map nav2 leaves Nav2's defaults of the costmaps, in
+which cells that somebody has left stay where no beam has a hit behind them. --room puts
 walls around: a hall that holds all encounters, or a ward, which leaves those out that begin outside
 or within WALL_M of a wall.
 
@@ -154,9 +154,8 @@ def summary(found: list[Met]) -> str:
     drove = [one.is_at_rest for one in touched if one.before_mps > DRIVES_MPS]
     return (
         f"{len(touched)} of {len(found)} touch; the robot is at rest in {at_rest} of them (more "
-        f"than {least:.1%} at 95%), and at most {fastest_mps:.2f} m/s fast in the others; of the "
-        f"{len(drove)} before which it was faster than {DRIVES_MPS:g} m/s {BEFORE_S:g} s earlier it "
-        f"is at rest in {sum(drove)}"
+        f"than {least:.1%} at 95%), at most {fastest_mps:.2f} m/s fast in any; where it was faster "
+        f"than {DRIVES_MPS:g} m/s {BEFORE_S:g} s before, in {sum(drove)} of {len(drove)}"
     )
 
 
