@@ -2,7 +2,7 @@
 
 `python studies/harmony_encounters.py --seed N --count M` drives M encounters for each walking speed
 and prints how many end in a touch, in how many of these the robot is at rest, and the same of those
-that found it driving before (docs/harmony.md). --map nav2 leaves Nav2's defaults of the costmaps, in
+that found it driving before (docs/harmony.md). --map nav2 leaves the costmaps Nav2's defaults, with
 which cells that somebody has left stay where no beam has a hit behind them. --room puts
 walls around: a hall that holds all encounters, or a ward, which leaves those out that begin outside
 or within WALL_M of a wall.
