@@ -27,5 +27,5 @@ def asks_for_more(preset: Preset, robot: Robot) -> str:
 
 def lines_of(columns: Iterable[tuple[Preset, Robot]]) -> list[str]:
     """Returns a line for each column that asks for higher speeds than its base drives."""
-    demanded = {preset.source: asks_for_more(preset, robot) for preset, robot in columns}
-    return [f"{source}: asks {what}" for source, what in demanded.items() if what]
+    demanded = {preset.name: asks_for_more(preset, robot) for preset, robot in columns}
+    return [f"controller {name}: asks {what}" for name, what in demanded.items() if what]

@@ -9,7 +9,7 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import load_robot
-from drake_navbench.inputs.speed_check import asks_for_more
+from drake_navbench.inputs.speed_check import lines_of
 from drake_navbench.nav2.nav2_setup import Nav2Setup
 
 HYBRID = """
@@ -132,10 +132,9 @@ def test_a_least_speed_that_the_smoother_does_not_let_through_is_told(setup_in):
 
 def test_a_preset_that_asks_for_more_than_the_base_drives_is_told():
     burger = load_robot("turtlebot3_burger")
-    told = asks_for_more(load_preset("rpp"), burger)
-    assert told.startswith("0.5 m/s ahead of a base that drives 0.22")
     slow = load_preset("rpp:max_linear_vel=0.22")
-    assert asks_for_more(slow, burger) == ""
+    (told,) = lines_of([(load_preset("rpp"), burger), (slow, burger)])
+    assert told.startswith("controller rpp: asks 0.5 m/s ahead of a base that drives 0.22")
 
 
 @pytest.mark.parametrize(
