@@ -21,7 +21,7 @@ from drake_navbench.inputs.descriptions.model_source import MODEL_SUFFIXES, read
 from drake_navbench.inputs.descriptions.ros_packages import PACKAGE_FILE, files_below
 from drake_navbench.inputs.descriptions.world import is_world, read_world
 from drake_navbench.inputs.descriptions.xacro_macro import lacking, robot_macro
-from drake_navbench.inputs.launch_files import read_launch_files
+from drake_navbench.inputs.launch_files import LaunchFiles, read_launch_files
 from drake_navbench.inputs.move_base import is_of_move_base
 from drake_navbench.inputs.package_files import MAP, NAV2, ROBOT, WORLD, PackageFiles, is_mask
 from drake_navbench.typed_files.input_file import read_head_text
@@ -89,14 +89,14 @@ def find_package_files(roots: Sequence[Path]) -> PackageFiles:
     def nav2_rank(file: Path) -> tuple[object, ...]:
         named = launches.folders(file, places)
         is_separate = SEPARATE.search(file.name.lower()) is not None
-        is_unlikely = is_separate and launches.folders(file) < 0
+        is_unnamed = launches.folders(file) < 0
         return (
-            *(is_unlikely, _lacks_nav2(file), named < 0, is_separate),
-            *(_more(file, words), -named),
+            *(is_separate and is_unnamed, _lacks_nav2(file), named < 0, is_separate),
+            *(is_unnamed, _more(file, words), -named),
         )
 
     found[NAV2] = ranked(_is_nav2, nav2_rank)
-    found[ROBOT] = _driving_first(found[ROBOT], roots, _base_frames(found[NAV2]))
+    found[ROBOT] = _driving_first(found[ROBOT], roots, _base_frames(found[NAV2]), launches)
     lacking_picture = tuple(file for file in files if _is_map(file, has_picture=False))
     of_move_base = tuple(file for file in files if is_of_move_base(file))
     return PackageFiles(tuple(roots), found, launches, lacking_picture, of_move_base)
@@ -139,14 +139,15 @@ def _robot_rank(file: Path, words: set[str], is_launched: bool) -> tuple[int, bo
 
 
 def _driving_first(
-    files: Sequence[Path], roots: Sequence[Path], frames: Set[str]
+    files: Sequence[Path], roots: Sequence[Path], frames: Set[str], launches: LaunchFiles
 ) -> tuple[Path, ...]:
     """Returns models, beginning with the likeliest that drives.
 
     Candidates are the models in one folder, and those that include the best so far; those of its
     package while it has neither lidar nor drive's plugin, and all while it has no link of `frames`,
     the base frames of a Nav2 file. Such a link counts most, then a lidar, then a plugin; of two
-    alike models the one that includes the other is better.
+    alike models the one that includes the other is better. One with a plugin that a launch file
+    names gives way to none that no launch file names, but for one that includes it.
     """
     best: Path | None = None
     most = (False, False, False)
@@ -154,6 +155,8 @@ def _driving_first(
     tried: set[str] = set()
     for file in files:
         if file.name in tried or (best is not None and not _may_replace(file, best, most)):
+            continue
+        if best is not None and most[2] and _is_launched_alone(best, file, launches):
             continue
         tried.add(file.name)
         if len(tried) > MAX_TRIED:
@@ -220,6 +223,12 @@ def _may_replace(file: Path, best: Path, value: tuple[bool, bool, bool]) -> bool
         return True
     is_alike = file.suffix != ".sdf" and _package_of(file) == _package_of(best)
     return is_alike and not any(senses_or_drives)
+
+
+def _is_launched_alone(best: Path, file: Path, launches: LaunchFiles) -> bool:
+    """Tells whether a launch file names the best model, and none names one that lacks it."""
+    is_named = launches.folders(file) >= 0 or _includes(file, best)
+    return launches.folders(best) > 0 and not is_named
 
 
 def _package_of(file: Path) -> Path:

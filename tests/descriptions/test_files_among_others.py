@@ -54,6 +54,32 @@ def test_a_model_that_another_has_replaced_is_not_taken_for_its_plugin(tmp_path)
     assert taken(tmp_path, "robot") == "chair_3.urdf"
 
 
+@pytest.mark.parametrize(
+    ("launched", "robot"),
+    [("nothing", "urdf/cart.urdf"), ("cart.urdf.xacro", "urdf/cart.urdf.xacro")],
+)
+def test_a_launched_model_that_drives_gives_way_to_no_other_for_its_lidar(
+    tmp_path, launched, robot
+):
+    """The lidar of the launched one is a plugin of its authors."""
+    lidar = '<gazebo reference="base_link"><sensor name="s" type="ray"/></gazebo>'
+    written(tmp_path, {"launch/a.launch.py": f"'urdf', '{launched}'", "urdf/README": ""})
+    urdf(tmp_path, link(BOX) + WHEELS + DRIVE, "urdf/cart.urdf.xacro")
+    urdf(tmp_path, link(BOX) + WHEELS + DRIVE + lidar, "urdf/cart.urdf")
+    assert taken(tmp_path, "robot") == robot
+
+
+@pytest.mark.parametrize(
+    ("launched", "nav2"),
+    [("nothing", "nav2_params.yaml"), ("nav2_params_diy.yaml", "nav2_params_diy.yaml")],
+)
+def test_a_launched_nav2_file_comes_before_one_of_a_plainer_name(tmp_path, launched, nav2):
+    """The map's name is made while launching, so no launch file names it."""
+    files = {f"{name}.yaml": NAV2 % RPP for name in ("nav2_params", "nav2_params_diy")}
+    written(tmp_path, files | maps("maps/hall") | {"a.launch.py": f"'{launched}'"})
+    assert taken(tmp_path, "nav2") == nav2
+
+
 @pytest.mark.parametrize("name", ["wheelchair", "farm_cart", "simulation_cart", "with_sensors"])
 def test_a_robot_s_name_that_contains_a_part_s_name_is_a_robot_s(tmp_path, name):
     """The other model, of the wheels of a cart, comes first by its name."""
