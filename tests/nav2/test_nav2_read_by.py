@@ -313,6 +313,28 @@ def test_what_approaches_in_humble_is_the_robot_whatever_its_corners(read_as):
     assert points("iron") == ((0.5, 0.4), Status.USED)
 
 
+WATCHED = (
+    "observation_sources: [scan, cloud, left], scan: {type: scan}, cloud: {type: pointcloud}, "
+    "left: {type: range, topic: sonar_left}, polygons: [Z], "
+    "Z: {type: circle, radius: 0.6, action_type: stop, sources_names: %s}"
+)
+
+
+def test_a_shape_looks_at_its_own_sources_since_jazzy(read_as):
+    def own(release, names):
+        setup = read_as(release, "collision_monitor", WATCHED % names)
+        monitor = setup.robot.navigation.collision_monitor
+        zone = monitor and monitor.polygons["Z"].sources_names
+        return zone, row_of(setup, "Z.sources_names").status
+
+    # The robot has no sensor for the cloud and the range; its lidar stands for them.
+    assert own("jazzy", "[cloud, scan]") == (("scan",), Status.OTHER_FORM)
+    assert own("lyrical", "[scan]") == (("scan",), Status.USED)
+    assert own("iron", "[scan]") == (None, Status.UNREAD)
+    # Nav2's monitor refuses to start with a source that it does not have.
+    assert own("kilted", "[radar]") == (None, Status.NO_MEANING)
+
+
 @pytest.mark.parametrize("block", ["backup", "drive_on_heading"])
 @pytest.mark.parametrize(
     ("given", "expected"),
@@ -354,3 +376,42 @@ def test_without_a_behavior_server_in_the_file_the_robots_own_drives_as_the_rele
     own = WHEELCHAIR.navigation.behavior_server.backup
     ours = (own.acceleration_limit, own.minimum_speed)
     assert of_each(limits) == [*3 * [(None, 0.0)], ours, ours]
+
+
+def test_an_exclusion_zone_that_is_enabled_is_told(read_as):
+    def status(release, enabled):
+        text = (
+            "observation_sources: [scan], scan: {type: scan, exclusion_zones: [dock]}, "
+            f"dock: {{enabled: {enabled}, type: circle, radius: 0.5}}, polygons: [Z], "
+            "Z: {type: circle, radius: 0.6, action_type: stop}"
+        )
+        return row_of(read_as(release, "collision_monitor", text), "dock").status
+
+    assert status("lyrical", "true") == Status.STAND_IN
+    assert status("lyrical", "false") == Status.NO_MEANING
+    assert status("kilted", "true") == Status.UNREAD
+
+
+@pytest.mark.parametrize(
+    ("node", "parameter"),
+    [
+        ("controller_server", "search_window"),
+        ("bt_navigator", "allow_navigator_preemption"),
+        ("bt_navigator", "navigator_preemption_timeout"),
+        ("bt_navigator", "bt_log_idle_transitions"),
+        ("bt_navigator", "waypoint_statuses_blackboard_id"),
+    ],
+)
+def test_what_lyrical_reads_without_an_effect_here_is_not_called_unknown(read_as, node, parameter):
+    setup = read_as("lyrical", node, f"{parameter}: 0.0")
+    assert row_of(setup, parameter).status == Status.NO_MEANING
+
+
+def test_a_partial_plan_through_poses_is_told_where_lyrical_would_take_it(read_as):
+    def status(release, value):
+        setup = read_as(release, "planner_server", f"allow_partial_planning: {value}")
+        return row_of(setup, "allow_partial_planning").status
+
+    assert status("lyrical", "true") == Status.STAND_IN
+    assert status("lyrical", "false") == Status.USED
+    assert status("jazzy", "true") == Status.NO_MEANING
