@@ -6,7 +6,7 @@ import json
 
 import pytest
 from nav2_setups import read_nav2_files
-from nav2_texts import RPP, row_of
+from nav2_texts import DWB, MPPI, RPP, SHIM, row_of
 from pydantic import BaseModel
 
 from drake_navbench.controller import CONTROLLERS
@@ -25,10 +25,11 @@ ALL = ("humble", "iron", "jazzy", "kilted", "lyrical")
 def read_as(tmp_path):
     """A function from a release, a node and its parameters as text to what they make."""
 
-    def read(release: str, node: str, parameters: str) -> Nav2Setup:
+    def read(release: str, node: str, parameters: str, of_plugin: str = "") -> Nav2Setup:
         file = tmp_path / "nav2.yaml"
         if node == "controller_server":
-            parameters += f", controller_plugins: [F], F: {{plugin: {RPP!r}}}"
+            own = of_plugin or f"plugin: {RPP!r}"
+            parameters += f", controller_plugins: [F], F: {{{own}}}"
         file.write_text(f"{node}: {{ros__parameters: {{{parameters}}}}}\n")
         return read_nav2_files([file], WHEELCHAIR, "wheelchair", release=release)
 
@@ -415,3 +416,47 @@ def test_a_partial_plan_through_poses_is_told_where_lyrical_would_take_it(read_a
     assert status("lyrical", "true") == Status.STAND_IN
     assert status("lyrical", "false") == Status.USED
     assert status("jazzy", "true") == Status.NO_MEANING
+
+
+SHIM_OF_RPP = f"{SHIM!r}, primary_controller: {RPP!r}"
+DWB_WITH_CRITIC = f"{DWB!r}, critics: [PathDist]"
+MPPI_WITH_CRITIC = f"{MPPI!r}, critics: [GoalAngleCritic]"
+
+
+@pytest.mark.parametrize(
+    ("plugin", "parameter", "value", "not_by"),
+    [
+        (SHIM_OF_RPP, "max_cost_threshold", "100.0", {"humble", "iron", "kilted"}),
+        (SHIM_OF_RPP, "rotate_to_heading_once", "true", {"humble", "iron"}),
+        (SHIM_OF_RPP, "use_path_orientations", "true", {"humble", "iron"}),
+        (SHIM_OF_RPP, "closed_loop", "false", {"iron"}),
+        (DWB_WITH_CRITIC, "limit_vel_cmd_in_traj", "true", {"iron"}),
+        (DWB_WITH_CRITIC, "prune_plan", "false", {"lyrical"}),
+        (MPPI_WITH_CRITIC, "publish_critics_stats", "true", {"humble", "iron", "jazzy", "lyrical"}),
+        (MPPI_WITH_CRITIC, "GoalAngleCritic.symmetric_yaw_tolerance", "true", {"iron"}),
+    ],
+)
+def test_a_controllers_parameter_is_told_where_its_release_does_not_read_it(
+    read_as, plugin, parameter, value, not_by
+):
+    def is_unread(release):
+        of_plugin = f"plugin: {plugin}, {parameter}: {value}"
+        setup = read_as(release, "controller_server", "controller_frequency: 20.0", of_plugin)
+        return row_of(setup, f"F.{parameter}").status == Status.UNREAD
+
+    assert {release for release in ALL if is_unread(release)} == not_by
+
+
+def test_only_iron_drives_as_if_a_parameter_were_not_given_that_it_does_not_read():
+    def dwb(release):
+        limited = {"critics": ["PathDist"], "limit_vel_cmd_in_traj": True}
+        model = CONTROLLERS.load("dwb").Parameters
+        return model(**limited, nav2_release=release).as_read().limit_vel_cmd_in_traj
+
+    def mppi(release):
+        symmetric = {"GoalAngleCritic": {"symmetric_yaw_tolerance": True}}
+        model = CONTROLLERS.load("mppi").Parameters
+        given = model(critics=["GoalAngleCritic"], **symmetric, nav2_release=release)
+        return given.as_read().critic("GoalAngleCritic").symmetric_yaw_tolerance
+
+    assert of_each(dwb) == of_each(mppi) == [True, False, True, True, True]

@@ -222,9 +222,7 @@ def test_a_shape_counts_the_points_of_its_own_sources():
     assert after() == after(sources_names=["sonar", "lidar"]) == "stop"
     assert after(sources_names=["lidar"]) == after(sources_names=[]) == "none"
     assert after(sources_names=["lidar"], min_points=1) == "stop"
-    with pytest.raises(
-        ValueError, match=r"zone\.sources_names: got 'radar', expected"
-    ):
+    with pytest.raises(ValueError, match=r"zone\.sources_names: got 'radar', expected"):
         after(sources_names=["radar"])
 
 
