@@ -30,7 +30,9 @@ Command = tuple[float, float, float]
 Corners = Annotated[tuple[Point, ...], Field(min_length=4)]
 
 
-class _Shape(FrozenModel):
+class _Shape(QuietModel):
+    quiet: ClassVar = frozenset({"sources_names"})
+
     READ_BY: ClassVar[Mapping[str, ReadBy]] = {
         "min_points": since(Release.IRON),
         "sources_names": since(Release.JAZZY),

@@ -460,3 +460,18 @@ def test_only_iron_drives_as_if_a_parameter_were_not_given_that_it_does_not_read
         return given.as_read().critic("GoalAngleCritic").symmetric_yaw_tolerance
 
     assert of_each(dwb) == of_each(mppi) == [True, False, True, True, True]
+
+
+def test_a_custom_inscribed_radius_counts_in_lyrical_and_threads_nowhere(read_as):
+    layer = (
+        "plugins: [inflate], inflate: {plugin: 'nav2_costmap_2d::InflationLayer', "
+        "custom_inscribed_radius: 0.2, num_threads: 2}"
+    )
+
+    def read(release):
+        setup = read_as(release, "local_costmap/local_costmap", layer)
+        radius = row_of(setup, "inflate.custom_inscribed_radius").status
+        return radius, row_of(setup, "inflate.num_threads").status
+
+    assert read("lyrical") == (Status.USED, Status.NO_MEANING)
+    assert read("kilted")[0] == Status.UNREAD
