@@ -397,6 +397,8 @@ def test_an_exclusion_zone_that_is_enabled_is_told(read_as):
     ("node", "parameter"),
     [
         ("controller_server", "search_window"),
+        ("behavior_server", "projection_time"),
+        ("behavior_server", "simulation_time_step"),
         ("bt_navigator", "allow_navigator_preemption"),
         ("bt_navigator", "navigator_preemption_timeout"),
         ("bt_navigator", "bt_log_idle_transitions"),
