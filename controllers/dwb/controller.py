@@ -43,6 +43,7 @@ class DynamicWindowApproach:
     nav2_plugin: ClassVar[str | None] = "dwb_core::DWBLocalPlanner"
 
     def __init__(self, parameters: DynamicWindowApproachParameters, setup: ControllerSetup) -> None:
+        parameters = parameters.as_read()
         for name in ("min_vel_y", "max_vel_y"):
             value = getattr(parameters, name)
             if value != 0.0 and setup.max_lateral_velocity_mps == 0.0:

@@ -15,7 +15,7 @@ from drake_navbench.controllers.dwb.critics.parameters import CriticParameters
 from drake_navbench.controllers.dwb.critics.registry import CRITICS, bare_name
 from drake_navbench.errors import nearest_name_hint
 from drake_navbench.plugins.kinds import PluginKind
-from drake_navbench.plugins.releases import NEWEST_RELEASE, Release, release_in
+from drake_navbench.plugins.releases import NEWEST_RELEASE, ReadBy, Release, until
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     Angle,
@@ -32,9 +32,12 @@ STANDARD_GENERATOR = "dwb_plugins::StandardTrajectoryGenerator"
 LIMITED_ACCEL_GENERATOR = "dwb_plugins::LimitedAccelGenerator"
 GENERATORS = (STANDARD_GENERATOR, LIMITED_ACCEL_GENERATOR)
 CLASS_KEY = "class"
-# The parameters that only releases before the newest one read.
-OF_ITS_OWN_PLAN = frozenset(
-    {"forward_prune_distance", "prune_distance", "prune_plan", "shorten_transformed_plan"}
+# The parameters with which the controller itself cuts the plan, up to Kilted.
+OF_ITS_OWN_PLAN = (
+    "forward_prune_distance",
+    "prune_distance",
+    "prune_plan",
+    "shorten_transformed_plan",
 )
 # The most poses of all trajectories of a cycle, which take 0.4 GB.
 MAX_POSES = 10_000_000
@@ -74,6 +77,11 @@ class DynamicWindowApproachParameters(ParametersWithCritics):
             "transform_tolerance",
         }
     )
+
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = {
+        "limit_vel_cmd_in_traj": ReadBy(frozenset(Release) - {Release.IRON}),
+        **dict.fromkeys(OF_ITS_OWN_PLAN, until(Release.KILTED)),
+    }
 
     CRITICS: ClassVar[PluginKind] = CRITICS
     CRITIC_BLOCK: ClassVar[type[CriticBlock]] = CriticParameters
@@ -220,14 +228,6 @@ class DynamicWindowApproachParameters(ParametersWithCritics):
             self.acc_lim_x,
             self.acc_lim_theta,
         )
-
-    @classmethod
-    def is_without_effect(cls, name: str, values: Mapping[str, Any] | None = None) -> bool:
-        """See the base class; in Lyrical also the parameters that cut the plan have no effect."""
-        release = release_in(values)
-        if name in OF_ITS_OWN_PLAN and release == NEWEST_RELEASE:
-            return True
-        return super().is_without_effect(name, values)
 
     @property
     def cuts_plan(self) -> bool:

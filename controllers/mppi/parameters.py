@@ -62,7 +62,7 @@ OF_OWN_PLAN = (
     "inversion_yaw_tolerance",
 )
 # Jazzy and Lyrical read a parameter of this kind, Kilted does not.
-NOT_IN_KILTED = ReadBy(frozenset({Release.JAZZY, Release.LYRICAL}))
+JAZZY_AND_LYRICAL = ReadBy(frozenset({Release.JAZZY, Release.LYRICAL}))
 
 
 class MppiParameters(ParametersWithCritics):
@@ -107,11 +107,11 @@ class MppiParameters(ParametersWithCritics):
         "ay_max": since(Release.JAZZY),
         "ay_min": since(Release.JAZZY),
         "az_max": since(Release.JAZZY),
-        "open_loop": NOT_IN_KILTED,
+        "open_loop": JAZZY_AND_LYRICAL,
         # Before Jazzy: every column counts, and a collision is near from the inscribed cost on.
         "CostCritic.near_collision_cost": since(Release.JAZZY, before(Release.JAZZY, 253)),
         "CostCritic.trajectory_point_step": since(Release.JAZZY, before(Release.JAZZY, 1)),
-        "GoalAngleCritic.symmetric_yaw_tolerance": NOT_IN_KILTED,
+        "GoalAngleCritic.symmetric_yaw_tolerance": ReadBy(frozenset(Release) - {Release.IRON}),
         "ObstaclesCritic.collision_cost": ReadBy(defaults=before(Release.JAZZY, 1e4)),
         "PathAngleCritic.cost_weight": ReadBy(defaults=before(Release.JAZZY, 2.0)),
         "PathAngleCritic.max_angle_to_furthest": ReadBy(defaults=before(Release.JAZZY, 1.2)),
@@ -121,7 +121,7 @@ class MppiParameters(ParametersWithCritics):
         "model_delay_vx": since(Release.LYRICAL),
         "model_delay_vy": since(Release.LYRICAL),
         "model_delay_wz": since(Release.LYRICAL),
-        "publish_critics_stats": since(Release.LYRICAL),
+        "publish_critics_stats": ReadBy(frozenset({Release.KILTED})),
         "critic_index_to_visualize": since(Release.LYRICAL),
         "sgf_order": since(Release.LYRICAL),
         "ObstaclesCritic.cost_scaling_factor": until(Release.HUMBLE),

@@ -23,7 +23,6 @@ from drake_navbench.controllers.rotation_shim.parameters import (
 from drake_navbench.controllers.rotation_shim.releases import RULES
 from drake_navbench.explanation import ExplainingController, Explanation, command_text
 from drake_navbench.kernels.angles import wrap
-from drake_navbench.kernels.grid import LETHAL
 from drake_navbench.kernels.read_only import read_only
 
 TURNS_TO_PATH = "rotate_to_path"
@@ -62,21 +61,18 @@ class RotationShim:
     nav2_plugin: ClassVar[str] = NAV2_PLUGIN
 
     def __init__(self, parameters: RotationShimParameters, setup: ControllerSetup) -> None:
+        parameters = parameters.as_read()
         primary = parameters.primary_controller
         self._primary = primary.controller_class(primary.parameters, setup)
         self._parameters = parameters
         self._release = RULES[parameters.nav2_release]
-        has_threshold = self._release.has_cost_threshold
         self._settings_record = parameters.as_record(
             control_period_s=setup.control_period_s,
             stops_in_time=self._release.stops_in_time,
-            max_cost_threshold=parameters.max_cost_threshold if has_threshold else float(LETHAL),
         )
-        self._is_once = parameters.rotate_to_heading_once and self._release.has_once
-        self._is_closed_loop = parameters.closed_loop or not self._release.has_open_loop
-        self._uses_orientations = (
-            parameters.use_path_orientations and self._release.has_path_orientations
-        )
+        self._is_once = parameters.rotate_to_heading_once
+        self._is_closed_loop = parameters.closed_loop
+        self._uses_orientations = parameters.use_path_orientations
         self._turns_beyond = parameters.angular_dist_threshold
         self._disengages_at = parameters.angular_disengage_threshold
         self._footprint = read_only(setup.footprint)

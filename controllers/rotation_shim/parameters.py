@@ -22,7 +22,14 @@ from pydantic_core import InitErrorDetails
 from drake_navbench.controller import CONTROLLERS, AskedSpeeds, Controller, ControllerParameters
 from drake_navbench.controllers.rotation_shim.releases import RULES
 from drake_navbench.errors import InputError, nearest_name_hint
-from drake_navbench.plugins.releases import NEWEST_RELEASE, RELEASE_FIELD, Release, release_in
+from drake_navbench.plugins.releases import (
+    NEWEST_RELEASE,
+    RELEASE_FIELD,
+    ReadBy,
+    Release,
+    release_in,
+    since,
+)
 from drake_navbench.typed_files.quantities import (
     Angle,
     AngularAcceleration,
@@ -73,6 +80,12 @@ class RotationShimParameters(ControllerParameters):
     """
 
     PLUGIN_NAMES: ClassVar[tuple[str, ...]] = (PRIMARY, f"{PRIMARY}.{PLUGIN}")
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = {
+        "closed_loop": ReadBy(frozenset(Release) - {Release.IRON}),
+        "max_cost_threshold": ReadBy(frozenset({Release.JAZZY, Release.LYRICAL})),
+        "rotate_to_heading_once": since(Release.JAZZY),
+        "use_path_orientations": since(Release.JAZZY),
+    }
 
     primary_controller: PrimaryController = Field(
         description="Controller behind the shim: a block with `plugin` and its parameters; or "
@@ -137,7 +150,7 @@ class RotationShimParameters(ControllerParameters):
         """See the base class; also for the primary controller's parameters, by their release."""
         model = cls.primary_model(values or {})
         if model is None or name in cls.model_fields:
-            return False
+            return super().is_without_effect(name, values)
         shared = {RELEASE_FIELD: release_in(values)}
         return model.is_without_effect(name.removeprefix(f"{PRIMARY}."), shared)
 
@@ -162,17 +175,19 @@ class RotationShimParameters(ControllerParameters):
 
     @classmethod
     def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:
-        """Returns the names of the primary controller's parameters that it does not read."""
+        """See the base class; also the primary controller's, by its own rules."""
+        release = release_in(values)
+        of_shim = [name for name in values if not cls.is_read(name, release)]
         model = cls.primary_model(values)
         if model is None:
-            return []
+            return of_shim
         block = values[PRIMARY]
         shared = {RELEASE_FIELD: values[RELEASE_FIELD]} if RELEASE_FIELD in values else {}
         if isinstance(block, Mapping):
             own = shared | {name: value for name, value in block.items() if name != PLUGIN}
-            return [f"{PRIMARY}.{name}" for name in model.keys_not_read(own)]
+            return of_shim + [f"{PRIMARY}.{name}" for name in model.keys_not_read(own)]
         beside = shared | {n: v for n, v in values.items() if n not in cls.model_fields}
-        return model.keys_not_read(beside)
+        return of_shim + model.keys_not_read(beside)
 
     @classmethod
     def path_handler_fields(cls, given: Mapping[str, Any]) -> dict[str, str]:

@@ -22,9 +22,6 @@ class Rules(NamedTuple):
     takes_last_pose: it takes the last pose of a plan shorter than the sampling distance; else it
     has no heading.
     stops_in_time: as in `kernels.Settings`.
-    has_cost_threshold: reads `max_cost_threshold`; else a lethal cost ends a turn.
-    has_once, has_path_orientations, has_open_loop: reads `rotate_to_heading_once`,
-        `use_path_orientations`, `closed_loop`.
     is_reset: between two tasks it forgets its last command.
     disengage_threshold: default of `angular_disengage_threshold`, rad.
     """
@@ -34,10 +31,6 @@ class Rules(NamedTuple):
     keeps_position: bool = True
     takes_last_pose: bool = True
     stops_in_time: bool = True
-    has_cost_threshold: bool = True
-    has_once: bool = True
-    has_path_orientations: bool = True
-    has_open_loop: bool = True
     is_reset: bool = True
     disengage_threshold: float = 0.785 / 2.0
 
@@ -46,22 +39,15 @@ RULES: Mapping[Release, Rules] = {
     Release.HUMBLE: Rules(
         takes_last_pose=False,
         stops_in_time=False,
-        has_cost_threshold=False,
-        has_once=False,
-        has_path_orientations=False,
         is_reset=False,
         disengage_threshold=0.785,
     ),
     Release.IRON: Rules(
         keeps_position=False,
         stops_in_time=False,
-        has_cost_threshold=False,
-        has_once=False,
-        has_path_orientations=False,
-        has_open_loop=False,
         is_reset=False,
     ),
     Release.JAZZY: Rules(),
-    Release.KILTED: Rules(has_cost_threshold=False),
+    Release.KILTED: Rules(),
     Release.LYRICAL: Rules(looks_always=True, cuts_plan=True),
 }

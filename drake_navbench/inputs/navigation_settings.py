@@ -23,12 +23,12 @@ from drake_navbench.navigation.checker_settings import (
     GoalCheckerSettings,
     ProgressCheckerSettings,
 )
-from drake_navbench.navigation.collision_monitor import CollisionMonitorParameters
 from drake_navbench.navigation.costmaps.costmap_settings import (
     GlobalCostmapSettings,
     LocalCostmapSettings,
 )
 from drake_navbench.navigation.goal_checkers import SimpleGoalCheckerParameters
+from drake_navbench.navigation.monitor_shapes import CollisionMonitorParameters
 from drake_navbench.navigation.path_handler import PathHandlerParameters
 from drake_navbench.navigation.planner_settings import PlannerSettings
 from drake_navbench.navigation.progress_checkers import SimpleProgressCheckerParameters

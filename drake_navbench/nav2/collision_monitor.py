@@ -12,14 +12,14 @@ from drake_navbench.inputs.check import Status
 from drake_navbench.nav2.node_reader import NodeReader
 from drake_navbench.nav2.outline import parse_points
 from drake_navbench.nav2.sensors import range_sensor_of
-from drake_navbench.navigation.collision_monitor import (
+from drake_navbench.navigation.monitor_shapes import (
     CollisionMonitorParameters,
     MonitorCircle,
     MonitorPolygon,
     SubPolygon,
     VelocityPolygon,
 )
-from drake_navbench.navigation.monitor_sources import MonitorSource
+from drake_navbench.navigation.monitor_sources import THE_SCAN, MonitorSource
 from drake_navbench.plugins.releases import NEWEST_RELEASE, RELEASE_FIELD, Release
 from drake_navbench.typed_files.quantities import MAX_COUNT, MIN_COUNT
 from drake_navbench.typed_files.typed_yaml import FrozenModel
@@ -31,12 +31,13 @@ SHAPES: dict[str, type[FrozenModel]] = {
     "circle": MonitorCircle,
     "velocity_polygon": VelocityPolygon,
 }
-APART = {"type", "points", "velocity_polygons"}
+APART = {"type", "points", "velocity_polygons", "sources_names"}
 # Fields that Nav2 reads for a holonomic velocity polygon only.
 DIRECTIONS = ("direction_start_angle", "direction_end_angle")
 ACTIONS_SINCE_IRON = ("limit", "none")
-# The name of the lidar among the sources of a robot file.
+# The name of the lidar among the sources of a robot file, beside range sensors and alone.
 LIDAR = "lidar"
+LIDAR_ALONE = next(iter(THE_SCAN))
 OTHER_SENSORS = ("pointcloud", "range", "polygon", "costmap")
 
 
@@ -63,7 +64,7 @@ def read_collision_monitor(reader: NodeReader, *, range_sensors: Collection[str]
     sources = _sources(reader, range_sensors)
     if sources:
         values["observation_sources"] = sources
-    shapes = {name: _shape(reader, name) for name in listed}
+    shapes = {name: _shape(reader, name, sources) for name in listed}
     values["polygons"] = {name: shape for name, shape in shapes.items() if shape is not None}
     _note_unlisted(reader, shapes)
     idle = (
@@ -75,7 +76,8 @@ def read_collision_monitor(reader: NodeReader, *, range_sensors: Collection[str]
     )
     without_meaning = {f"*.{name}" for name in idle}
     topics = {"cmd_vel_in_topic", "cmd_vel_out_topic", "state_topic", "toggle_topic"}
-    reader.finish({*without_meaning, *topics, "stop_pub_timeout"})
+    markers = {"collision_points_marker_3d"}
+    reader.finish({*without_meaning, *topics, *markers, "stop_pub_timeout"})
     return {"collision_monitor": values if values["polygons"] else None}
 
 
@@ -93,7 +95,15 @@ def _fault(reader: NodeReader, name: str) -> str:
     is_text = isinstance(found(f"{name}.points"), str)
     if kind == "polygon" and is_text and not _takes_text(release) and _has_corners(reader, name):
         return f"{name}.points is a text, where {release} takes a list of numbers"
+    if release >= Release.JAZZY and (unknown := _unknown_sources(reader, name)):
+        return f"{name}.sources_names has {unknown[0]}, which observation_sources does not list"
     return ""
+
+
+def _unknown_sources(reader: NodeReader, name: str) -> list[str]:
+    """Returns the sources of a shape that are none of the monitor's."""
+    listed = reader.names("observation_sources", [])
+    return [own for own in reader.names(f"{name}.sources_names", []) if own not in listed]
 
 
 def _takes_text(release: Release) -> bool:
@@ -118,6 +128,7 @@ def _sources(reader: NodeReader, range_sensors: Collection[str]) -> Fields:
     sources: Fields = {}
     sees_range = scans = False
     for source in reader.names("observation_sources", []):
+        _note_exclusion_zones(reader, source)
         kind = reader.text(f"{source}.type", "scan")
         sensor = None
         if kind == "range":
@@ -140,6 +151,18 @@ def _sources(reader: NodeReader, range_sensors: Collection[str]) -> Fields:
     return sources if sees_range else {}
 
 
+def _note_exclusion_zones(reader: NodeReader, source: str) -> None:
+    """Notes each of a source's exclusion zones, whose points Nav2 leaves out from Lyrical on."""
+    for zone in reader.names(f"{source}.exclusion_zones", []):
+        if reader.release < Release.LYRICAL:
+            reader.note_block(Status.UNREAD, zone, f"{reader.release} has no exclusion zones")
+        elif reader.flag(f"{zone}.enabled", False):
+            remark = "there are no exclusion zones here; the points in it count"
+            reader.note_block(Status.STAND_IN, zone, remark)
+        else:
+            reader.note_block(Status.NO_MEANING, zone, "an exclusion zone that is not enabled")
+
+
 def _range_source(reader: NodeReader, source: str, sensor: str) -> Fields:
     """Returns a source that is one of the robot's range sensors."""
     place = f"{source}."
@@ -149,8 +172,11 @@ def _range_source(reader: NodeReader, source: str, sensor: str) -> Fields:
     return {"type": "range", "sensor": sensor, **values}
 
 
-def _shape(reader: NodeReader, name: str) -> Fields | None:
-    """Returns a shape; None where it cannot be made here."""
+def _shape(reader: NodeReader, name: str, sources: Fields) -> Fields | None:
+    """Returns a shape; None where it cannot be made here.
+
+    sources: those of the monitor, as by `_sources`.
+    """
     kind = reader.text(f"{name}.type")
     if kind == "circle" and reader.node.get(f"{name}.radius") == 0:
         reader.note_block(Status.DOUBTFUL, name, "left out; its radius is 0, nothing is ever in it")
@@ -170,6 +196,8 @@ def _shape(reader: NodeReader, name: str) -> Fields | None:
             reader.note(Status.UNREAD, f"{place}min_points", "max_points prevails")
         values["min_points"] = int(reader.number(f"{place}max_points", 3)) + 1
         reader.note(Status.OTHER_FORM, f"{place}max_points", "min_points less one, as in humble")
+    if reader.gives(model, "sources_names", f"{place}sources_names"):
+        values["sources_names"] = _own_sources(reader, f"{place}sources_names", sources)
     if kind == "velocity_polygon":
         values["velocity_polygons"] = {
             sub: _sub_polygon(reader, f"{place}{sub}.", holonomic=values.get("holonomic") is True)
@@ -187,6 +215,16 @@ def _shape(reader: NodeReader, name: str) -> Fields | None:
             reader.note_block(Status.STAND_IN, name, remark)
             return None
     return {"type": kind, **reader.checked(model, {"type": kind, **values}, place)}
+
+
+def _own_sources(reader: NodeReader, name: str, sources: Fields) -> list[str]:
+    """Returns the sources whose points count for a shape, by their names in the robot file."""
+    named = reader.names(name, [])
+    lidar = LIDAR if sources else LIDAR_ALONE
+    own = list(dict.fromkeys(one if one in sources else lidar for one in named))
+    if own != named:
+        reader.note(Status.OTHER_FORM, name, f"of the robot: {', '.join(own)}")
+    return own
 
 
 def _as_int32(reader: NodeReader, name: str) -> Any:

@@ -34,7 +34,8 @@ def read_controller_server(reader: NodeReader, controllers: Collection[str]) -> 
     if reader.gives(ControllerServerSettings, PATH_HANDLERS, PATH_HANDLERS):
         fields["path_handler"] = _path_handler(reader)
     reader.value("controller_plugins")
-    reader.finish({*controllers, "odom_duration", "publish_zero_velocity", "speed_limit_topic"})
+    idle = {"odom_duration", "publish_zero_velocity", "search_window", "speed_limit_topic"}
+    reader.finish({*controllers, *idle})
     return fields
 
 

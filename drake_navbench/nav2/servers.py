@@ -107,7 +107,11 @@ def read_planner_server(reader: NodeReader, release: Release, cell_m: float) -> 
         remark = f"{types[name]}: SmacPlanner2D with its defaults is used instead"
         reader.note_block(Status.STAND_IN, name, remark)
         values = _classic({})
-    reader.finish({"expected_planner_frequency", "costmap_update_timeout"})
+    partial = "allow_partial_planning"
+    if reader.release >= Release.LYRICAL and reader.flag(partial, False):
+        remark = "a plan through poses that cannot reach all of them fails here"
+        reader.note(Status.STAND_IN, partial, remark)
+    reader.finish({"expected_planner_frequency", "costmap_update_timeout", partial})
     return {"planner": {"plugin": plugin_type, **values}}
 
 

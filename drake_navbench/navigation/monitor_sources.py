@@ -90,14 +90,14 @@ def points_of(
     sensed: MonitorReadings,
     *,
     release: Release = NEWEST_RELEASE,
-) -> Array | None:
-    """Returns the points (N, 2) m of all sources in the base frame; None where one stops the robot.
+) -> dict[str, Array] | None:
+    """Returns each source's points (N, 2) m in the base frame; None where one stops the robot.
 
     timeout_s: for sources without a timeout of their own, s; 0: never. Up to Iron a source without
     current data is left out, and 0 is an age like any other.
     """
     is_left_out = release < Release.JAZZY
-    found = [np.empty((0, 2))]
+    found: dict[str, Array] = {}
     for name, source in sources.items():
         if not source.enabled:
             continue
@@ -111,10 +111,10 @@ def points_of(
             reading = _newest(sensed.ranges.get(sensor, ()), release)
             points = _arc(sensed, reading, own_s, source.obstacles_angle, mountings.ranges[sensor])
         if points is not None:
-            found.append(points)
+            found[name] = points
         elif own_s < math.inf and not is_left_out:
             return None
-    return np.ascontiguousarray(np.vstack(found))
+    return found
 
 
 def points_in_base(hits: Array, base_pose: Array) -> Array:

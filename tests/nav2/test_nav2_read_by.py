@@ -6,7 +6,7 @@ import json
 
 import pytest
 from nav2_setups import read_nav2_files
-from nav2_texts import RPP, row_of
+from nav2_texts import DWB, MPPI, RPP, SHIM, row_of
 from pydantic import BaseModel
 
 from drake_navbench.controller import CONTROLLERS
@@ -25,10 +25,11 @@ ALL = ("humble", "iron", "jazzy", "kilted", "lyrical")
 def read_as(tmp_path):
     """A function from a release, a node and its parameters as text to what they make."""
 
-    def read(release: str, node: str, parameters: str) -> Nav2Setup:
+    def read(release: str, node: str, parameters: str, of_plugin: str = "") -> Nav2Setup:
         file = tmp_path / "nav2.yaml"
         if node == "controller_server":
-            parameters += f", controller_plugins: [F], F: {{plugin: {RPP!r}}}"
+            own = of_plugin or f"plugin: {RPP!r}"
+            parameters += f", controller_plugins: [F], F: {{{own}}}"
         file.write_text(f"{node}: {{ros__parameters: {{{parameters}}}}}\n")
         return read_nav2_files([file], WHEELCHAIR, "wheelchair", release=release)
 
@@ -313,6 +314,28 @@ def test_what_approaches_in_humble_is_the_robot_whatever_its_corners(read_as):
     assert points("iron") == ((0.5, 0.4), Status.USED)
 
 
+WATCHED = (
+    "observation_sources: [scan, cloud, left], scan: {type: scan}, cloud: {type: pointcloud}, "
+    "left: {type: range, topic: sonar_left}, polygons: [Z], "
+    "Z: {type: circle, radius: 0.6, action_type: stop, sources_names: %s}"
+)
+
+
+def test_a_shape_looks_at_its_own_sources_since_jazzy(read_as):
+    def own(release, names):
+        setup = read_as(release, "collision_monitor", WATCHED % names)
+        monitor = setup.robot.navigation.collision_monitor
+        zone = monitor and monitor.polygons["Z"].sources_names
+        return zone, row_of(setup, "Z.sources_names").status
+
+    # The robot has no sensor for the cloud and the range; its lidar stands for them.
+    assert own("jazzy", "[cloud, scan]") == (("scan",), Status.OTHER_FORM)
+    assert own("lyrical", "[scan]") == (("scan",), Status.USED)
+    assert own("iron", "[scan]") == (None, Status.UNREAD)
+    # Nav2's monitor refuses to start with a source that it does not have.
+    assert own("kilted", "[radar]") == (None, Status.NO_MEANING)
+
+
 @pytest.mark.parametrize("block", ["backup", "drive_on_heading"])
 @pytest.mark.parametrize(
     ("given", "expected"),
@@ -354,3 +377,103 @@ def test_without_a_behavior_server_in_the_file_the_robots_own_drives_as_the_rele
     own = WHEELCHAIR.navigation.behavior_server.backup
     ours = (own.acceleration_limit, own.minimum_speed)
     assert of_each(limits) == [*3 * [(None, 0.0)], ours, ours]
+
+
+def test_an_exclusion_zone_that_is_enabled_is_told(read_as):
+    def status(release, enabled):
+        text = (
+            "observation_sources: [scan], scan: {type: scan, exclusion_zones: [dock]}, "
+            f"dock: {{enabled: {enabled}, type: circle, radius: 0.5}}, polygons: [Z], "
+            "Z: {type: circle, radius: 0.6, action_type: stop}"
+        )
+        return row_of(read_as(release, "collision_monitor", text), "dock").status
+
+    assert status("lyrical", "true") == Status.STAND_IN
+    assert status("lyrical", "false") == Status.NO_MEANING
+    assert status("kilted", "true") == Status.UNREAD
+
+
+@pytest.mark.parametrize(
+    ("node", "parameter"),
+    [
+        ("controller_server", "search_window"),
+        ("behavior_server", "projection_time"),
+        ("behavior_server", "simulation_time_step"),
+        ("bt_navigator", "allow_navigator_preemption"),
+        ("bt_navigator", "navigator_preemption_timeout"),
+        ("bt_navigator", "bt_log_idle_transitions"),
+        ("bt_navigator", "waypoint_statuses_blackboard_id"),
+    ],
+)
+def test_what_lyrical_reads_without_an_effect_here_is_not_called_unknown(read_as, node, parameter):
+    setup = read_as("lyrical", node, f"{parameter}: 0.0")
+    assert row_of(setup, parameter).status == Status.NO_MEANING
+
+
+def test_a_partial_plan_through_poses_is_told_where_lyrical_would_take_it(read_as):
+    def status(release, value):
+        setup = read_as(release, "planner_server", f"allow_partial_planning: {value}")
+        return row_of(setup, "allow_partial_planning").status
+
+    assert status("lyrical", "true") == Status.STAND_IN
+    assert status("lyrical", "false") == Status.USED
+    assert status("jazzy", "true") == Status.NO_MEANING
+
+
+SHIM_OF_RPP = f"{SHIM!r}, primary_controller: {RPP!r}"
+DWB_WITH_CRITIC = f"{DWB!r}, critics: [PathDist]"
+MPPI_WITH_CRITIC = f"{MPPI!r}, critics: [GoalAngleCritic]"
+
+
+@pytest.mark.parametrize(
+    ("plugin", "parameter", "value", "not_by"),
+    [
+        (SHIM_OF_RPP, "max_cost_threshold", "100.0", {"humble", "iron", "kilted"}),
+        (SHIM_OF_RPP, "rotate_to_heading_once", "true", {"humble", "iron"}),
+        (SHIM_OF_RPP, "use_path_orientations", "true", {"humble", "iron"}),
+        (SHIM_OF_RPP, "closed_loop", "false", {"iron"}),
+        (DWB_WITH_CRITIC, "limit_vel_cmd_in_traj", "true", {"iron"}),
+        (DWB_WITH_CRITIC, "prune_plan", "false", {"lyrical"}),
+        (MPPI_WITH_CRITIC, "publish_critics_stats", "true", {"humble", "iron", "jazzy", "lyrical"}),
+        (MPPI_WITH_CRITIC, "GoalAngleCritic.symmetric_yaw_tolerance", "true", {"iron"}),
+    ],
+)
+def test_a_controllers_parameter_is_told_where_its_release_does_not_read_it(
+    read_as, plugin, parameter, value, not_by
+):
+    def is_unread(release):
+        of_plugin = f"plugin: {plugin}, {parameter}: {value}"
+        setup = read_as(release, "controller_server", "controller_frequency: 20.0", of_plugin)
+        return row_of(setup, f"F.{parameter}").status == Status.UNREAD
+
+    assert {release for release in ALL if is_unread(release)} == not_by
+
+
+def test_only_iron_drives_as_if_a_parameter_were_not_given_that_it_does_not_read():
+    def dwb(release):
+        limited = {"critics": ["PathDist"], "limit_vel_cmd_in_traj": True}
+        model = CONTROLLERS.load("dwb").Parameters
+        return model(**limited, nav2_release=release).as_read().limit_vel_cmd_in_traj
+
+    def mppi(release):
+        symmetric = {"GoalAngleCritic": {"symmetric_yaw_tolerance": True}}
+        model = CONTROLLERS.load("mppi").Parameters
+        given = model(critics=["GoalAngleCritic"], **symmetric, nav2_release=release)
+        return given.as_read().critic("GoalAngleCritic").symmetric_yaw_tolerance
+
+    assert of_each(dwb) == of_each(mppi) == [True, False, True, True, True]
+
+
+def test_a_custom_inscribed_radius_counts_in_lyrical_and_threads_nowhere(read_as):
+    layer = (
+        "plugins: [inflate], inflate: {plugin: 'nav2_costmap_2d::InflationLayer', "
+        "custom_inscribed_radius: 0.2, num_threads: 2}"
+    )
+
+    def read(release):
+        setup = read_as(release, "local_costmap/local_costmap", layer)
+        radius = row_of(setup, "inflate.custom_inscribed_radius").status
+        return radius, row_of(setup, "inflate.num_threads").status
+
+    assert read("lyrical") == (Status.USED, Status.NO_MEANING)
+    assert read("kilted")[0] == Status.UNREAD

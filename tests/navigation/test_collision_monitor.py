@@ -8,9 +8,9 @@ from drake_navbench.inputs.robot import load_robot
 from drake_navbench.navigation.collision_monitor import (
     INVALID_SOURCE,
     CollisionMonitor,
-    CollisionMonitorParameters,
     MonitorState,
 )
+from drake_navbench.navigation.monitor_shapes import CollisionMonitorParameters
 from drake_navbench.navigation.monitor_sources import points_in_base
 
 FOOTPRINT = np.array([[0.5, 0.25], [0.5, -0.25], [-0.5, -0.25], [-0.5, 0.25]])
@@ -34,7 +34,8 @@ def cluster(x, y=0.0, count=3):
 def let_through(watch, command, points, state=None):
     """Returns what becomes of a command [v, w] or [v, w, vy], as long as it is, and the state."""
     padded = np.array([*command, 0.0][:3])
-    state, output = watch.step(state or MonitorState(), padded, points)
+    of_sources = points if points is None or isinstance(points, dict) else {"scan": points}
+    state, output = watch.step(state or MonitorState(), padded, of_sources)
     return output[: len(command)], state
 
 
@@ -206,6 +207,23 @@ def test_a_missing_scan_stops_even_a_monitor_that_is_disabled():
     assert state.polygon == INVALID_SOURCE
     output, _ = let_through(watch, [0.4, 0.0], cluster(0.5))
     np.testing.assert_array_equal(output, [0.4, 0.0])
+
+
+def test_a_shape_counts_the_points_of_its_own_sources():
+    two = {"lidar": cluster(0.5, count=1), "sonar": cluster(0.6, count=1)}
+    sources = {"lidar": {"type": "scan"}, "sonar": {"type": "range"}}
+
+    def after(**shape):
+        given = {"zone": polygon("stop", **shape)}
+        parameters = CollisionMonitorParameters(polygons=given, observation_sources=sources)
+        return let_through(CollisionMonitor(parameters, FOOTPRINT), [0.4, 0.0], two)[1].action
+
+    # One point of each source: together as many as min_points, 2.
+    assert after() == after(sources_names=["sonar", "lidar"]) == "stop"
+    assert after(sources_names=["lidar"]) == after(sources_names=[]) == "none"
+    assert after(sources_names=["lidar"], min_points=1) == "stop"
+    with pytest.raises(ValueError, match=r"zone\.sources_names: got 'radar', expected"):
+        after(sources_names=["radar"])
 
 
 def test_hits_are_turned_into_the_base_frame():

@@ -24,11 +24,17 @@ def reading(range_m=2.0, fov_rad=0.5, time_s=0.0):
     return RangeReading(time_s, np.array([0.5, 0.0, 0.0]), range_m, 0.1, 3.0, fov_rad)
 
 
+def joined(*args, **options):
+    """Returns the points (N, 2) of all sources as one array; None where one stops the robot."""
+    found = points_of(*args, **options)
+    return None if found is None else np.vstack([np.empty((0, 2)), *found.values()])
+
+
 def looked_at(*, time_s=0.0, base_pose=(0.0, 0.0, 0.0), one=None, scan=SCAN, **sources):
     sources = {name: MonitorSource(**fields) for name, fields in sources.items()}
     base = None if base_pose is None else np.array(base_pose)
     ranges = {} if one is None else {"sonar": [one]}
-    return points_of(sources, 1.0, MOUNTINGS, MonitorReadings(time_s, base, scan, ranges))
+    return joined(sources, 1.0, MOUNTINGS, MonitorReadings(time_s, base, scan, ranges))
 
 
 def test_a_reading_is_an_arc_of_points_at_its_range():
@@ -88,16 +94,16 @@ def test_lyrical_drops_a_range_that_is_not_finite_and_keeps_the_one_before():
         0.5, np.zeros(3), SCAN, {"sonar": [reading(fov_rad=1e-6), reading(math.inf, time_s=0.5)]}
     )
     sources = {"sonar": MonitorSource(type="range")}
-    assert points_of(sources, 1.0, MOUNTINGS, sensed, release=Release.KILTED) is None
-    assert len(points_of(sources, 1.0, MOUNTINGS, sensed, release=Release.LYRICAL)) == 2
-    assert points_of(sources, 0.4, MOUNTINGS, sensed, release=Release.LYRICAL) is None
+    assert joined(sources, 1.0, MOUNTINGS, sensed, release=Release.KILTED) is None
+    assert len(joined(sources, 1.0, MOUNTINGS, sensed, release=Release.LYRICAL)) == 2
+    assert joined(sources, 0.4, MOUNTINGS, sensed, release=Release.LYRICAL) is None
 
 
 def left_out(*, time_s=0.0, one=None, scan=SCAN, timeout_s=1.0):
     """Returns the points of a scan and a sonar by the rules of Humble and Iron."""
     sources = {"lidar": MonitorSource(), "sonar": MonitorSource(type="range")}
     sensed = MonitorReadings(time_s, np.zeros(3), scan, {"sonar": [one] if one else []})
-    return points_of(sources, timeout_s, MOUNTINGS, sensed, release=Release.IRON)
+    return joined(sources, timeout_s, MOUNTINGS, sensed, release=Release.IRON)
 
 
 def test_up_to_iron_a_source_without_current_data_is_left_out():

@@ -338,6 +338,23 @@ def test_lyricals_legacy_inflation_does_not_round_distances_as_its_inflation_doe
     assert legacy == int(252 * np.exp(-10.0 * (0.1 * np.sqrt(5.0) - 0.1))) == 73
 
 
+def test_a_custom_inscribed_radius_takes_the_place_of_the_outlines_since_lyrical():
+    map_ = np.zeros((40, 40), dtype=np.int8)
+    map_[20, 20] = OCCUPIED
+    slope = {"inflation_radius": 0.5, "cost_scaling_factor": 10.0}
+
+    def costs(**plugin):
+        layers = global_layers(map_, inflation_layer=slope | plugin)
+        return Rig(global_costmap(layers), EMPTY).after(0.005).costs[20, 20:24].tolist()
+
+    # The outline's inscribed radius is 0.1 m: one cell.
+    own = [254, 253, int(252 * np.exp(-1.0)), int(252 * np.exp(-2.0))]
+    assert costs() == costs(custom_inscribed_radius=-1.0) == own
+    assert costs(custom_inscribed_radius=0.2) == [254, 253, 253, int(252 * np.exp(-1.0))]
+    legacy = {"plugin": "nav2_costmap_2d::LegacyInflationLayer", "custom_inscribed_radius": 0.2}
+    assert costs(**legacy)[1:3] == own[1:3]
+
+
 def test_the_global_costmap_stays_where_it_is_and_takes_in_what_is_seen():
     costmap = costmap_after_one_update(global_costmap(global_layers(ROOM)), WALL, pose=(0.3, 0, 0))
     assert (costmap.origin_x, costmap.origin_y) == (-2.0, -2.0)

@@ -33,6 +33,7 @@ from drake_navbench.navigation.costmaps.layer_plugin import (
 )
 from drake_navbench.plugins.releases import ReadBy, Release, before, since
 from drake_navbench.typed_files.quantities import Count, Length, Number
+from drake_navbench.typed_files.typed_yaml import QuietModel
 
 Costs = NDArray[np.uint8]
 
@@ -71,8 +72,12 @@ class DenoiseLayerParameters(LayerParameters):
 LEGACY_INFLATION = "nav2_costmap_2d::LegacyInflationLayer"
 
 
-class InflationLayerParameters(LayerParameters):
+class InflationLayerParameters(LayerParameters, QuietModel):
     """Nav2's inflation layer."""
+
+    READ_BY: ClassVar[Mapping[str, ReadBy]] = {"custom_inscribed_radius": since(Release.LYRICAL)}
+
+    quiet: ClassVar = frozenset({"custom_inscribed_radius"})
 
     plugin: Literal["nav2_costmap_2d::InflationLayer", "nav2_costmap_2d::LegacyInflationLayer"] = (
         "nav2_costmap_2d::InflationLayer"
@@ -86,6 +91,12 @@ class InflationLayerParameters(LayerParameters):
     inflate_unknown: bool = Field(False, description="Inflate into unknown cells.")
     inflate_around_unknown: bool = Field(
         False, description="Inflate around unknown cells, as around lethal ones."
+    )
+    custom_inscribed_radius: Number = Field(
+        -1.0,
+        le=100.0,
+        description="Distance from obstacles up to which cells have the inscribed cost [m]; "
+        "negative, or with the legacy layer: the outline's inscribed radius.",
     )
 
 
@@ -210,10 +221,13 @@ class InflationLayer(_LayerWithoutState):
     Parameters: ClassVar[type[InflationLayerParameters]] = InflationLayerParameters
 
     def __init__(self, parameters: InflationLayerParameters, setup: LayerSetup) -> None:
-        self._parameters = parameters.own_values()
+        own = parameters.own_values()
+        custom = own.pop("custom_inscribed_radius", -1.0)
+        self._parameters = own
         is_wave = setup.rules.is_before_lyrical or parameters.plugin == LEGACY_INFLATION
         self._inflate = inflate_by_wave if is_wave else inflate
-        self._inscribed_radius = footprint_radii(setup.footprint)[0]
+        is_custom = custom >= 0.0 and not is_wave
+        self._inscribed_radius = custom if is_custom else footprint_radii(setup.footprint)[0]
 
     def write(self, state: None, grid: Grid, seen: Seen) -> Costs:
         """See `Layer`."""

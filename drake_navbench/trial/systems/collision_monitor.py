@@ -8,11 +8,8 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
 from drake_navbench.kernels.scan import Scan
-from drake_navbench.navigation.collision_monitor import (
-    CollisionMonitor,
-    CollisionMonitorParameters,
-    MonitorState,
-)
+from drake_navbench.navigation.collision_monitor import CollisionMonitor, MonitorState
+from drake_navbench.navigation.monitor_shapes import CollisionMonitorParameters
 from drake_navbench.navigation.monitor_sources import MonitorReadings, Mountings, points_of
 from drake_navbench.trial.systems.lifetime import weakly_bound
 from drake_navbench.trial.systems.ports import (
@@ -68,8 +65,8 @@ class CollisionMonitorSystem(LeafSystem):
         state.get_mutable_abstract_state(self._monitor_state).set_value(after)
         state.get_mutable_discrete_state(self._output).SetFromVector(output)
 
-    def _points(self, context: Context) -> NDArray[np.float64] | None:
-        """Returns (N, 2) all sources' points, base frame, m; None where one stops the robot."""
+    def _points(self, context: Context) -> dict[str, NDArray[np.float64]] | None:
+        """Returns each source's (N, 2) points, base frame, m; None where one stops the robot."""
         parameters = self._parameters
         scan: Scan | None = read_object(self._scan_port, context)
         ranges = value_or_none(self._ranges_port, context) or {}
