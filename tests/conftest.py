@@ -151,12 +151,10 @@ def _works_here() -> Iterator[None]:
 def _one_server() -> Iterator[None]:
     """Real workers are forked from one server, which has loaded all that any of them needs.
 
-    They rehearse no trial.
-
     A process has one server for its whole life. Started by the first report it would have loaded
     no Drake, and each worker of a later campaign would import it anew.
     """
-    forkserver.set_forkserver_preload([PRELOAD_MODULE, "unrehearsed"])
+    forkserver.set_forkserver_preload([PRELOAD_MODULE])
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(forkserver, "set_forkserver_preload", lambda modules: None)
         yield
