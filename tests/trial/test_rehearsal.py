@@ -109,6 +109,7 @@ def test_a_rehearsed_trial_is_the_same_to_the_last_bit(monkeypatch):
 # kernels of its name that this process has loaded.
 LOADED_WHILE_DRIVING = """
 import gc, sys
+import drake_navbench.commands.run
 from numba.core.dispatcher import Dispatcher
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.scenario import load_scenario
