@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import gc
 import json
 import os
@@ -34,7 +35,7 @@ gc.set_threshold(OBJECTS_BETWEEN_COLLECTIONS)
 os.environ.pop("COLUMNS", None)
 
 # The first call of a kernel compiles it; that is no fault of the property under test.
-settings.register_profile("no_deadline", deadline=None, derandomize=True)
+settings.register_profile("no_deadline", deadline=None, derandomize=True, max_examples=30)
 settings.load_profile("no_deadline")
 
 # Modules with Drake or numba are named, not imported: the process that starts those that run the
@@ -215,6 +216,39 @@ def _calls_forked() -> Iterator[Callable[..., Any]]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(limited, "_answer_of_child", forked)
         yield started
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _compiled_once(tmp_path_factory) -> Iterator[None]:
+    """Of processes side by side one compiles a kernel; the others wait and read it from the cache.
+
+    Who compiles a kernel compiles the kernels that it calls, and none of them calls it: processes
+    never wait for each other in a circle.
+    """
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        yield
+        return
+    dispatcher = import_module("numba.core.dispatcher").Dispatcher
+    folder = tmp_path_factory.getbasetemp().parent / "compiling"
+    folder.mkdir(exist_ok=True)
+    compile_kernel, ours = dispatcher.compile, set()
+
+    def compiled(kernel: Any, signature: Any) -> Any:
+        name = f"{kernel.py_func.__module__}.{kernel.py_func.__qualname__}"
+        # Other functions are kept nowhere; a kernel that calls itself is this process's already.
+        if not name.startswith("drake_navbench.") or name in ours:
+            return compile_kernel(kernel, signature)
+        with open(folder / name, "w") as file:
+            fcntl.flock(file, fcntl.LOCK_EX)
+            ours.add(name)
+            try:
+                return compile_kernel(kernel, signature)
+            finally:
+                ours.remove(name)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(dispatcher, "compile", compiled)
+        yield
 
 
 @pytest.fixture

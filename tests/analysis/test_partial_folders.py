@@ -85,7 +85,7 @@ def check_report(states: list[str], contents: dict, figures: FigureChoice) -> No
         assert (folder.path / PAGE_NAME).is_file() == ("empty" in driven)
 
 
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=2, deadline=None)
 @example(states_with("succeeded", 0))
 @example(states_with("succeeded", 0, 1, 2, 6, 7, 8, 9))
 @example(["error"] * len(TRIALS))

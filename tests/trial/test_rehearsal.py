@@ -109,6 +109,7 @@ def test_a_rehearsed_trial_is_the_same_to_the_last_bit(monkeypatch):
 # kernels of its name that this process has loaded.
 LOADED_WHILE_DRIVING = """
 import gc, sys
+import drake_navbench.commands.run
 from numba.core.dispatcher import Dispatcher
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.scenario import load_scenario
@@ -135,17 +136,26 @@ for scenario_name, preset in CASES:
     assert log.samples["cycle_count"].max() > 20, log.info["reason"]
     for name in sorted(loaded() - before):
         print(scenario_name, preset, name)
+assert "pydrake.multibody.plant" not in sys.modules
 """
 
 
-def test_after_a_rehearsal_a_trial_loads_no_kernel_and_no_module():
-    cases = [
-        ("one_obstacle", "dwb_bringup"),
-        ("static_obstacles", "rpp"),
-        ("static_obstacles", "mppi_bringup"),
-        ("speed_zone", "mppi"),
-        ("static_obstacles", "teb"),
-    ]
+@pytest.mark.parametrize(
+    "cases",
+    [
+        [("one_obstacle", "dwb_bringup"), ("static_obstacles", "rpp")],
+        pytest.param(
+            [
+                ("static_obstacles", "mppi_bringup"),
+                ("speed_zone", "mppi"),
+                ("static_obstacles", "teb"),
+            ],
+            marks=pytest.mark.long,
+        ),
+    ],
+    ids=["quick columns", "the others"],
+)
+def test_after_a_rehearsal_a_trial_loads_no_kernel_and_no_module_nor_multibody(cases):
     code = f"CASES = {cases}\n{LOADED_WHILE_DRIVING}"
     done = subprocess.run(
         [sys.executable, "-c", code],
