@@ -1,4 +1,4 @@
-"""Where `harmony` loses time against `teb` in S-curves.
+"""The time that `harmony` loses to `teb` in S-curves, by part.
 
 `python studies/harmony_time.py FIRST LAST` drives the worlds of these numbers once by each, and
 prints the mean time, way and parts of the lost time (docs/harmony.md).
