@@ -13,12 +13,14 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 from harmony_comparison import COLUMNS
-from harmony_judgement import OURS, markdown
+from harmony_judgement import OURS, markdown, share_bound
 from question_trials import require_no_errors
 from scipy import stats
 
+from drake_navbench.analysis.statistics import CONFIDENCE
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.campaign.rows_of_trials import drive_each
 from drake_navbench.campaign.trial_tasks import table_row
@@ -102,12 +104,14 @@ def table(rows: pd.DataFrame) -> pd.DataFrame:
     found = []
     for name, own in rows.groupby("column", sort=False):
         arrived = own[own["outcome"] == Outcome.SUCCEEDED.value]
+        touches = int((own["outcome"] == Outcome.COLLIDED.value).sum())
         found.append(
             {
                 "column": name,
                 "trials": len(own),
                 "arrive": len(arrived),
-                "touch": int((own["outcome"] == Outcome.COLLIDED.value).sum()),
+                "touch": touches,
+                "of all, at most": share_bound(touches, len(own)),
                 "time [s], mean over scenarios": arrived.groupby("scenario")["time_to_goal_s"]
                 .mean()
                 .mean(),
@@ -117,24 +121,38 @@ def table(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def compared(rows: pd.DataFrame, ours: str, other: str) -> str:
-    """Returns a sentence on two columns: touches, arrivals, and time.
+    """Returns a sentence on two columns: touches, arrivals, and time; limits are one-sided, at 95%.
 
     The sign test counts a scenario once, whichever number of its trials differ: trials of one
     scenario share its difficulty.
     """
     wide = rows.pivot(index=["scenario", "seed"], columns="column")
-    outcome, time_s = wide["outcome"], wide["time_to_goal_s"]
-    words = []
+    outcome, words = wide["outcome"], []
     for what in (Outcome.COLLIDED.value, Outcome.SUCCEEDED.value):
         is_so = (outcome == what).groupby("scenario").sum()
         ahead = is_so[ours] - is_so[other]
         more, fewer = int((ahead > 0).sum()), int((ahead < 0).sum())
         p = stats.binomtest(more, more + fewer).pvalue if more + fewer else 1.0
         words.append(f"{what}: more often in {more} scenarios, less in {fewer} (p {p:.3f})")
-    both = (outcome[[ours, other]] == Outcome.SUCCEEDED.value).all(axis=1)
-    ratio = (time_s[ours] / time_s[other])[both].groupby("scenario").mean()
-    words.append(f"time {100.0 * (ratio.mean() - 1.0):+.1f}% in {len(ratio)} scenarios")
+    arrives = outcome[[ours, other]] == Outcome.SUCCEEDED.value
+    lost = int((~arrives[ours] & arrives[other]).sum())
+    bound = 100.0 * share_bound(lost, len(arrives))
+    words.append(f"only the other one arrives in {lost} of {len(arrives)} (at most {bound:.1f}%)")
+    time_s = wide["time_to_goal_s"][arrives.all(axis=1)]
+    behind = (time_s[ours] / time_s[other]).groupby("scenario").mean() - 1.0
+    words.append(
+        f"time {100.0 * behind.mean():+.1f}% (at most {100.0 * mean_bound(behind):+.1f}%) "
+        f"in {len(behind)} scenarios"
+    )
     return f"{ours} against {other}: " + "; ".join(words)
+
+
+def mean_bound(values: pd.Series) -> float:
+    """Returns the one-sided upper limit of the mean (Student's t); inf of fewer than two."""
+    if len(values) < 2:
+        return np.inf
+    quantile = float(stats.t.ppf(CONFIDENCE, len(values) - 1))
+    return float(values.mean() + quantile * stats.sem(values))
 
 
 def main() -> None:
