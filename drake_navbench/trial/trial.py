@@ -74,10 +74,10 @@ def run_trial(
     scenario, controller, robot: names of built-in ones, paths of files (for `controller`, which may
     be a variant such as 'rpp:lookahead_dist=0.9', or 'file.py:Class'), or loaded objects. A loaded
     robot is taken as it is: the scenario's robot_overrides do not change it. Raises InputError
-    where one of them is wrong. compute_times_of: the log of the same trial, whose compute times
-    stand in for those that would be measured, so that the bytes are the same again. A controller
-    that breaks is an outcome, not an exception. A controller that is not ours runs in a process of
-    its own, which it may end or hang without harm.
+    where one of them is wrong. compute_times_of: a log of the same trial; its compute times replace
+    the measured ones, so that the new log has the same bytes. A controller that breaks is an
+    outcome, not an exception. A controller that is not ours runs in a process of its own, which it
+    may end or hang without harm.
     """
     scenario = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
     preset = controller if isinstance(controller, Preset) else load_preset(controller)
@@ -138,7 +138,7 @@ def drive(spec: TrialSpec) -> TrialLog:
 def log_of_ending(spec: TrialSpec, ending: Failure) -> TrialLog:
     """Returns the log of a trial whose worker ended without returning one.
 
-    Raises NotDriven where that was not the trial's doing.
+    Raises NotDriven where something outside of the trial ended the worker.
     """
     is_its_own = isinstance(ending, Died) and not ending.is_from_outside
     if is_its_own or isinstance(ending, TimedOut):

@@ -105,7 +105,7 @@ def require_explainable(log: TrialLog) -> None:
 
 
 def why(spec: TrialSpec, log: TrialLog, time_s: float) -> Why:
-    """Returns why the controller decided as it did in the last cycle by a time, s.
+    """Returns why the controller decided as it did in its last cycle up to `time_s`, s.
 
     spec: specification of the trial that the log is of. Raises InputError where the controller
     cannot tell, or there is no cycle by then. A controller that is not ours runs in a process of
