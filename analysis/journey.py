@@ -58,7 +58,7 @@ class Leg(NamedTuple):
 
 
 class Deed(NamedTuple):
-    """An action of the navigator, done `count` times in a row from first_s to last_s, s."""
+    """An action of the navigator, done `count` times in a row between first_s and last_s."""
 
     first_s: float
     last_s: float

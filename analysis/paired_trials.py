@@ -22,7 +22,7 @@ IDENTITY = ["scenario", "controller", "seed"]
 
 
 class Contest(NamedTuple):
-    """Two tables of trials, one row a trial: IDENTITY, `outcome` and the metrics.
+    """Two tables of trials that are compared; one row a trial: IDENTITY, `outcome`, metrics.
 
     before: the base. after: the trials that are judged against it. label: distinguishes several
     contests that are judged together.
@@ -88,7 +88,7 @@ class PairedCell(NamedTuple):
 
 
 class LostTrial(NamedTuple):
-    """A trial that ended as an error, or is missing, after.
+    """A trial that ended as an error, or is missing, in the judged table.
 
     reason: the log's; '' where the trial is missing. is_new: whether the trial came to an end in
     the base. base_fails: whether a trial of its controller and scenario, this one or another, was

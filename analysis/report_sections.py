@@ -161,8 +161,8 @@ def pair_rows(scenario: ScenarioAnalysis, difference: float) -> list[dict[str, A
 def listed_trials(scenarios: Sequence[ScenarioAnalysis]) -> dict[str, set[str]]:
     """Returns, by scenario, the logs of the trials that the page lists.
 
-    If there are too many, trials that did not reach the goal come first, then each scenario's first
-    ones.
+    If there are too many, it lists trials that did not reach the goal, then the first ones of each
+    scenario.
     """
     share = MOST_TRIALS_LISTED // max(1, len(scenarios))
     if sum(len(scenario.trials) for scenario in scenarios) <= MOST_TRIALS_LISTED:

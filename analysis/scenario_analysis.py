@@ -115,8 +115,8 @@ class Pair(NamedTuple):
 class ScenarioAnalysis:
     """The analysis of a scenario, in plain values.
 
-    description: from the scenario's file. is_impossible: whether giving up is the task's right end.
-    clean_scenario: the scenario of which this one is a harsher variant, '' for none.
+    description: from the scenario's file. is_impossible: whether giving up is the right outcome of
+    the task. clean_scenario: the scenario of which this one is a harsher variant, '' for none.
     is_in_totals: whether its suite has so many worlds that the report shows only their totals.
     drawn: the number of trials whose logs are drawn; the others are in the table alone.
     """

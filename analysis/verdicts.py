@@ -50,10 +50,10 @@ class MetricVerdict(NamedTuple):
 
     standing: BEST: every other controller is shown to be behind the leader by more than matters,
     with 95% confidence in all comparisons together (or, where nothing is random, in the one trial).
-    LEVEL: the other leaders are shown to differ from it by less than matters. TOUCHED: the leader
-    would be best, but touched an obstacle. NO_CONTEST: no controller reached the goal. order: the
-    controllers with a value, best mean first. leaders: the first controller, and those that are not
-    shown to be behind it. text: one sentence.
+    LEVEL: the other leaders are shown to differ from the first by less than matters. TOUCHED: the
+    leader would be best, but touched an obstacle. NO_CONTEST: no controller reached the goal.
+    order: the controllers with a value, best mean first. leaders: the first controller, and those
+    that are not shown to be behind it. text: one sentence.
     """
 
     scenario: str

@@ -1,4 +1,4 @@
-"""The choice of figures, and the record of a written figure; imports no drawing code."""
+"""Which figures are drawn, and the record of a written figure; imports no drawing code."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
 """Entries of a leaderboard: results folders, checked against the suite.
 
-A folder says in `leaderboard.json` for which suite, and for which version of it, it was entered.
+The file `leaderboard.json` in a folder names the suite, and its version, for which the folder was
+entered.
 """
 
 from __future__ import annotations
@@ -50,7 +51,7 @@ class _Stamp(FrozenModel):
 
 
 class CardPreset(FrozenModel):
-    """The part of a card about a resolved preset."""
+    """The resolved preset, as far as a controller's card shows it."""
 
     model_config = ConfigDict(extra="ignore")
 

@@ -60,7 +60,7 @@ def leg_ends_s(log: TrialLog) -> list[float]:
     """Returns the end of each leg that ended, s.
 
     A pose of navigate_through_poses is passed where the robot is nearest to it, after the pose
-    before and before the navigator ends the leg to the next one: the navigator looks only now and
+    before and before the navigator ends the leg to the next one: the navigator checks only now and
     then which poses are passed, and near the last one not at all.
     """
     legs = _legs(log)
