@@ -47,8 +47,8 @@ class AxisFit:
     """The fit of one axis, forward (m, s) or turning (rad, s); None: not seen in the recording.
 
     rms: root mean square of the velocity's error after the fit. least_command: the smallest command
-    in the recording. explained: share of the velocities' variance; 1 for an axis that no command
-    moves.
+    in the recording. explained: share of the velocities' variance that the fit explains; 1 for an
+    axis that no command moves.
     """
 
     acceleration: float | None
