@@ -108,7 +108,7 @@ class LiveControls:
         self.wait_for_browser("")
 
     def looks(self, show: Callable[[Moment], None]) -> Looks:
-        """Returns the looks of a drive; show: draws a moment."""
+        """Returns the observers of a drive; show: function that draws a moment."""
 
         def watch(moment: Moment) -> None:
             show(moment._replace(diagnostics=self._for_drawing(moment.time_s)))

@@ -80,7 +80,8 @@ class RobotSimulation:
     def reset(self, start_pose: Array, *, seed: int, world: World) -> None:
         """Puts the robot at rest at (3,) x m, y m, yaw rad, and waits for the first command.
 
-        world: the obstacles from now on; only the drawn geometry stays as it was built.
+        world: the obstacles from now on; SceneGraph keeps those that it was built with, for
+        drawing.
         """
         self._world = world
         self._contact_watch = ContactWatch(

@@ -75,9 +75,11 @@ class GateResult(NamedTuple):
 
     @property
     def light(self) -> Light:
-        """Red where a test says worse, or a trial came to no end where all of the base did.
+        """RED, NOT_JUDGED or GREEN, by the tests and by the trials that came to no end.
 
-        Not judged where trials of the head came to no end, and some of the base neither.
+        RED: a test shows a change for the worse, or the head lost trials (error, or missing) of a
+        controller and scenario of which the base lost none. NOT_JUDGED: the head lost trials only
+        where the base lost some, too.
         """
         if self.judged is None:
             return Light.GREEN

@@ -78,7 +78,8 @@ def to_markdown(result: GateResult) -> str:
 def to_junit(result: GateResult) -> str:
     """Returns JUnit XML: a test case a scenario, controller and metric that is listed or worse.
 
-    A trial without an end is a failure if the base has no such trial, else an error.
+    A trial of the head that came to no end is a failure if the base lost none of its controller and
+    scenario, else an error.
     """
     judged = result.judged
     if judged is None:
