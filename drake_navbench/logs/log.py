@@ -188,7 +188,7 @@ class TrialLog:
 
     @property
     def course(self) -> NDArray[np.float64]:
-        """(N, 3) the first plans of all legs, one behind the other: x m, y m, yaw rad."""
+        """(N, 3) the first plans of all legs, joined in order: x m, y m, yaw rad."""
         return np.concatenate([np.empty((0, 3)), *(plan.poses for plan in self.first_plans)])
 
     @property
@@ -312,7 +312,7 @@ def read_info(path: Path) -> dict[str, Any]:
 
 
 def has_samples(path: Path) -> bool:
-    """Returns whether the trial of a log came as far as its first sample; reads the header alone.
+    """Returns whether a log has at least one sample; reads only the file's header.
 
     Raises InputError where the file has none.
     """
