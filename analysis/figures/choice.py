@@ -1,4 +1,4 @@
-"""Which figures are drawn, and the record of a written figure; imports no drawing code."""
+"""The choice of figures, and the record of a written figure; imports no drawing code."""
 
 from __future__ import annotations
 

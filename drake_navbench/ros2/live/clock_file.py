@@ -1,4 +1,4 @@
-"""Lets one process at a time drive in a DDS domain, and keeps its clock from going back.
+"""The lock that lets one process at a time drive in a DDS domain, and the last stamp of its clock.
 
 A stack that lives through several trials must not see /clock jump back. The last stamp of a domain
 is kept in a small file, and whoever has the file locked drives there.
