@@ -261,7 +261,7 @@ def to_markdown(comparison: FolderComparison) -> str:
         ]
     for title, told in (
         ("Ended as an error", lost_lines(comparison.errors)),
-        ("Losses that are not decided", comparison.undecided_losses),
+        ("Losses that so few trials do not decide", comparison.undecided_losses),
     ):
         if told:
             lines += [f"## {title}", "", *(f"- {line}" for line in told), ""]

@@ -108,7 +108,7 @@ def add_cluster(folder: ResultsFolder, machines: Sequence[tuple[Fingerprint, int
         return ""
     return (
         f"driven on {len(kinds)} kinds of processors, which may round differently: "
-        f"{', '.join(kinds.values())}; manifest.json tells"
+        f"{', '.join(kinds.values())}; manifest.json lists them"
     )
 
 

@@ -59,7 +59,10 @@ def to_markdown(result: GateResult) -> str:
     for title, told in (
         ("Came to no end", lost_lines(judged.new_failures)),
         ("Ended in errors, as trials of the base do", lost_lines(known)),
-        ("Losses that are not decided", map(undecided_sentence, judged.undecided_losses)),
+        (
+            "Losses that so few trials do not decide",
+            map(undecided_sentence, judged.undecided_losses),
+        ),
     ):
         if entries := [f"- {line}" for line in told]:
             lines += [f"## {title}", "", *entries, ""]
@@ -70,7 +73,12 @@ def to_markdown(result: GateResult) -> str:
     ):
         if found := judged.of(verdict):
             lines += [f"## {title}", "", *table(found), ""]
-    lines += ["## What would have been seen", "", *_outcomes_seen(judged, result.trials), ""]
+    lines += [
+        "## The smallest changes that would be seen",
+        "",
+        *_outcomes_seen(judged, result.trials),
+        "",
+    ]
     lines += ["The mean change that would turn the gate red with a probability of 80%.", ""]
     return "\n".join([*lines, *_detectable(judged), ""])
 
