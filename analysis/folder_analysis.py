@@ -38,7 +38,9 @@ from drake_navbench.analysis.scenario_analysis import (
 )
 from drake_navbench.analysis.totals import scenarios_in_totals
 from drake_navbench.errors import InputError
-from drake_navbench.logs.log import Outcome, TrialLog, read_info
+from drake_navbench.logs.header import read_info
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.processes.tasks import Task
 from drake_navbench.processes.worker_process import Raised, Returned

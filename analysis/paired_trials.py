@@ -13,7 +13,7 @@ from drake_navbench.analysis.metrics.definition import Metric
 from drake_navbench.analysis.repeats import repeated_cells
 from drake_navbench.analysis.statistics import ROUNDING
 from drake_navbench.kernels.arrays import Array
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 
 Mask = NDArray[np.bool_]
 

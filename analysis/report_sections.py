@@ -20,7 +20,7 @@ from drake_navbench.analysis.reproduction.lineups import PUBLISHED_SETTINGS
 from drake_navbench.analysis.reproduction.publication import published_table
 from drake_navbench.analysis.scenario_analysis import ScenarioAnalysis, TrialEntry
 from drake_navbench.analysis.tables import scenario_table
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.results import ResultsFolder
 
 # A page with more rows opens slowly, and nobody reads them; trials.parquet has all rows.

@@ -30,7 +30,8 @@ from drake_navbench.analysis.verdicts import (
     touch_counts,
 )
 from drake_navbench.errors import InputError
-from drake_navbench.logs.log import LIVE_CHANGES, Outcome, TrialLog
+from drake_navbench.logs.log import LIVE_CHANGES, TrialLog
+from drake_navbench.logs.outcome import Outcome
 
 # The metrics for a first look; the tables have the others.
 HEADLINE_METRICS = (

@@ -14,7 +14,7 @@ from drake_navbench.analysis.statistics import (
     mean_interval,
     success_interval,
 )
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 
 PAGE_NAME = "sweep.html"
 SUCCEEDED = "succeeded"

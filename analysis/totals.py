@@ -20,7 +20,7 @@ from drake_navbench.analysis.statistics import (
     share_interval,
     summarize,
 )
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.text_tables import csv_text
 
 # The most worlds of a suite that the report shows one by one; of larger suites it shows totals.

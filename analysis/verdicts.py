@@ -25,7 +25,7 @@ from drake_navbench.analysis.pairs import (
 )
 from drake_navbench.analysis.repeats import repeated_cells, repeated_controllers
 from drake_navbench.analysis.statistics import ROUNDING
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 
 SIGNIFICANT_DIGITS = 3
 # From this number of controllers on, a list of all of them tells less than their number.

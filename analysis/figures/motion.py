@@ -33,7 +33,8 @@ from drake_navbench.analysis.metrics.definition import Undefined
 from drake_navbench.analysis.metrics.efficiency import spent_power_w
 from drake_navbench.analysis.metrics.signals import Motion, column, motion, times
 from drake_navbench.kernels.arrays import Array
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 
 Line = dict[str, Any]
 

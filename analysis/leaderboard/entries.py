@@ -22,7 +22,7 @@ from drake_navbench.analysis.leaderboard.ranking import RUN_SEED
 from drake_navbench.analysis.leaderboard.suite import Suite
 from drake_navbench.analysis.verdicts import is_failed
 from drake_navbench.errors import InputError, one_line
-from drake_navbench.logs.log import has_samples
+from drake_navbench.logs.header import has_samples
 from drake_navbench.logs.results import ResultsFolder, file_name
 from drake_navbench.typed_files.input_file import file_digest
 from drake_navbench.typed_files.output_file import write_text

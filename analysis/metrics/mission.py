@@ -17,7 +17,8 @@ from drake_navbench.analysis.metrics.signals import (
 )
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.path_geometry import path_length
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.plans import Plan
 
 # A plan comes to a pose where it is nearer than this to its nearest point, m: a map's cell.

@@ -14,7 +14,8 @@ from drake_navbench.analysis.metrics.signals import column, lateral_velocity, po
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.moving_bodies import clearances_of_bodies
 from drake_navbench.kernels.moving_collision_time import time_to_moving_contact
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 
 LOOK_PERIOD_S = 0.1
 # For so long a body is assumed to keep its velocity.

@@ -30,7 +30,8 @@ from drake_navbench.analysis.metrics.signals import (
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.kernels.social_force import social_force
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 
 # The factor of the social force in HuNavSim's evaluation.
 SOCIAL_FACTOR = 2.1

@@ -22,7 +22,7 @@ from rich.progress import Progress as RichProgress
 from rich.text import Text
 
 from drake_navbench.campaign.driving import Progress
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 
 # The width for a file or a pipe, unless COLUMNS gives one.
 PIPE_WIDTH = 160

@@ -16,7 +16,8 @@ from drake_navbench.campaign.cluster_connection import ClusterPlace, connected
 from drake_navbench.campaign.trial_tasks import TRIALS_PER_WORKER, Row, table_row, trial_task
 from drake_navbench.campaign.warm_up import Compiling, start_worker_server
 from drake_navbench.errors import EndedFromOutside, InputError
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.processes.fingerprint import Fingerprint
 from drake_navbench.processes.tasks import Died, Ending

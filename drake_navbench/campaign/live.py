@@ -24,7 +24,8 @@ from drake_navbench.campaign.live_server import LiveServer
 from drake_navbench.campaign.manifest import begin
 from drake_navbench.campaign.request import Request
 from drake_navbench.errors import printable
-from drake_navbench.logs.log import LIVE_CHANGES, Outcome, TrialLog
+from drake_navbench.logs.log import LIVE_CHANGES, TrialLog
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.results import ResultsFolder, only_run_in, require_writable
 from drake_navbench.trial.diagram import Looks
 from drake_navbench.trial.spec import TrialSpec

@@ -15,7 +15,8 @@ from drake_navbench.campaign.manifest import begin
 from drake_navbench.errors import printable
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.results import ResultsFolder, only_run_in, require_writable
 from drake_navbench.trial.trial import simulate
 

@@ -52,7 +52,7 @@ from drake_navbench.campaign.warm_up import (
 )
 from drake_navbench.errors import InputError, printable
 from drake_navbench.inputs.presets import resolved_parameters
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.results import ResultsFolder, only_run_in, require_writable
 from drake_navbench.nav2.whole_files import FileColumns
 from drake_navbench.processes import cache_folder, instruction_set

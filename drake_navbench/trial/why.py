@@ -23,8 +23,9 @@ from drake_navbench.explanation import (
     Explanation,
     command_text,
 )
-from drake_navbench.logs.log import LIVE_CHANGES, Outcome, TrialLog
+from drake_navbench.logs.log import LIVE_CHANGES, TrialLog
 from drake_navbench.logs.log_columns import UNREPEATABLE_COLUMNS
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.processes.tasks import Task
 from drake_navbench.processes.worker_process import Returned
 from drake_navbench.processes.workers import run_tasks, start_server

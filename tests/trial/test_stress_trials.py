@@ -10,9 +10,10 @@ from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario, load_scenario
 from drake_navbench.kernels.poses import compose
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.log_columns import ODOMETRY_COLUMNS
 from drake_navbench.logs.moment import Moment
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.trial.diagram import Looks
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import run_trial, simulate

@@ -17,8 +17,9 @@ from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario, load_scenario
 from drake_navbench.inputs.task_check import check_task
 from drake_navbench.kernels.path_geometry import path_length
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.log_columns import UNREPEATABLE_COLUMNS
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.trial.column_controller import make_controller
 from drake_navbench.trial.diagram import Looks
 from drake_navbench.trial.spec import TrialSpec

@@ -24,7 +24,7 @@ from drake_navbench.analysis.paired_text import (
     table,
     undecided_sentence,
 )
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.logs.text_tables import markdown_table
 from drake_navbench.studies.side_by_side.gate import GateResult, Side, column_of

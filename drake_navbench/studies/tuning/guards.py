@@ -18,7 +18,7 @@ from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario, load_scenario
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.typed_files.typed_yaml import validate
 

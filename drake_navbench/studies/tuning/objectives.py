@@ -15,7 +15,7 @@ import numpy as np
 
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.kernels.arrays import Array
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 
 Row = Mapping[str, Any]
 
