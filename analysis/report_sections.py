@@ -71,7 +71,7 @@ def scenario_section(analysis: FolderAnalysis, scenario: ScenarioAnalysis) -> di
             if len(entry.legs) > 1 or any(leg.floor for leg in entry.legs)
         ],
         "has_floors": any(leg.floor for entry in scenario.trials for leg in entry.legs),
-        "narrated": [entry for entry in scenario.trials if entry.deeds],
+        "narrated": [entry for entry in scenario.trials if entry.actions],
     }
 
 
