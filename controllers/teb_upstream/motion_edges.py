@@ -1,6 +1,6 @@
 """Edges of a band's motion: speeds, the arc condition, accelerations, time, length.
 
-`terms` are the parameters, as a record; `around` is what the band meets, see `penalties`.
+`terms` are the parameters, as a record; `around` are the surroundings of the band, see `penalties`.
 """
 
 from __future__ import annotations

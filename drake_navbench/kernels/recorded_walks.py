@@ -1,4 +1,4 @@
-"""The states of recorded people at a time, in the same form as those of the models.
+"""The states of recorded people at a time, in the form of `kernels.walking`.
 
 A knot is a row: time s, x m, y m, yaw rad and walked way m. Between two knots of a person all of
 them are linear in time. The times of a person's knots rise. A knot at FAR_AWAY_M says that the
