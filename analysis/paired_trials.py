@@ -37,8 +37,9 @@ class PairedCell(NamedTuple):
     """The pairs of trials of one controller in one scenario.
 
     first, second: (pairs, metrics), before and after, NaN where a trial has no value. repeatable:
-    (metrics,), False for what depends on the machine. outcomes: (pairs, 2). is_one_trial: whether,
-    on each side, all trials are equal: nothing in them is random, and they count as one pair.
+    (metrics,), False for a metric that depends on the machine. outcomes: (pairs, 2). is_one_trial:
+    whether, on each side, all trials are equal: nothing in them is random, and they count as one
+    pair.
     """
 
     label: str

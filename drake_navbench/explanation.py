@@ -23,8 +23,8 @@ class Explanation(NamedTuple):
 
     command: as in `Decision`; None where the cycle had none.
     sentence: the reason in one sentence, with numbers and units.
-    columns, rows: a table; the first column names what is told, such as a critic. Numbers are
-        rounded where they are printed; None is an empty cell.
+    columns, rows: a table; the first column names the subject of the row, such as a critic. Numbers
+        are rounded where they are printed; None is an empty cell.
     notes: further sentences.
     """
 
@@ -46,7 +46,7 @@ class ControlCycle(NamedTuple):
     """One call of the controller, and its outcome.
 
     observation, memory: the inputs of the call. command: (3,) as published, v m/s, w rad/s, vy m/s;
-    None where the controller raised a ControllerError, which `failure` tells.
+    None where the controller raised a ControllerError, whose text is `failure`.
     """
 
     observation: Observation

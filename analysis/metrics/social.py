@@ -1,6 +1,7 @@
 """Social metrics: distances to people, time to collision, social forces, delay of the people.
 
-None of these numbers is what people feel. docs/living_world.md names the limits of such metrics.
+None of these numbers measures what people feel. docs/living_world.md names the limits of such
+metrics.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The course of a goal, as the stack's action status tells it."""
+"""Follows a goal by the status messages of the stack's action server."""
 
 from __future__ import annotations
 

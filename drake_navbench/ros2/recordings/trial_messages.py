@@ -78,7 +78,7 @@ class TrialMessages:
 
     @cached_property
     def robot(self) -> Robot:
-        """The robot as the log tells it."""
+        """The robot of the log."""
         return Robot.model_validate(self.log.info["robot"])
 
     @cached_property

@@ -124,7 +124,7 @@ class RobotSimulation:
 
     @property
     def driven_s(self) -> float:
-        """Time since the first command, s; after a touch, that of the touch."""
+        """Time since the first command, s; after a touch, up to the touch."""
         contact = self._contact_watch.contact
         now_s = self._simulator.get_context().get_time() if contact is None else contact.time_s
         return max(0.0, now_s - CONTROLLER_OFFSET_S)

@@ -188,7 +188,7 @@ def column_of(controller: str, side: Side | Build) -> str:
 
 
 def split_column(controller: str) -> tuple[str, str]:
-    """Returns the name of a variant `name:param=value`, and what follows it with its colon."""
+    """Splits a variant 'rpp:a=1' into its name 'rpp' and the rest ':a=1'."""
     found = _VALUES.search(controller)
     return (controller[: found.start()], controller[found.start() :]) if found else (controller, "")
 

@@ -124,7 +124,7 @@ class CasterBase(BasePorts, LeafSystem):
         context.SetDiscreteState(state)
 
     def set_state(self, context: Context, state: Array) -> None:
-        """Puts the robot into `state` (6,), that of the output; the casters stay as they are."""
+        """Sets the robot's state, (6,) as in the port `state`; the casters keep their angles."""
         own = context.get_discrete_state_vector().CopyToVector()
         own[:5] = state[:5]
         own[TOLD_V], own[TOLD_W] = state[3:5]

@@ -101,7 +101,7 @@ class MultibodyBase(BasePorts, Diagram):
         self.set_state(context, np.concatenate([pose, np.zeros(STATE_SIZE - 3)]))
 
     def set_state(self, context: Context, state: Array) -> None:
-        """Puts the robot into `state` (6,), that of the output; the casters stay as they are."""
+        """Sets the robot's state, (6,) as in the port `state`; the casters keep their angles."""
         x, y, yaw, v, w, vy = state.tolist()
         own = self.GetMutableSubsystemContext(self._plant, context)
         joint = self._base_joint
