@@ -14,7 +14,7 @@ from drake_navbench.analysis.folder_analysis import FolderAnalysis
 from drake_navbench.analysis.html import relative_change
 from drake_navbench.analysis.many_trials import MOST_LOGS_OPENED
 from drake_navbench.analysis.metrics.registry import all_metrics, installed_metrics
-from drake_navbench.analysis.numbers import short_number
+from drake_navbench.analysis.numbers import counted, short_number
 from drake_navbench.analysis.paired_comparison import trials_needed
 from drake_navbench.analysis.reproduction.lineups import PUBLISHED_SETTINGS
 from drake_navbench.analysis.reproduction.publication import published_table
@@ -258,8 +258,8 @@ def _cluster(manifest: Mapping[str, Any]) -> str:
 
 def _machine(entry: Mapping[str, Any]) -> str:
     jobs, cores = entry.get("jobs", 1), entry.get("cores", 1)
-    text = f"{entry.get('processor', 'an unknown processor')}, {cores} core{'s' * (cores != 1)}, "
-    text += f"{jobs} trial{'s' * (jobs != 1)} at a time"
+    text = f"{entry.get('processor', 'an unknown processor')}, {counted(cores, 'core')}, "
+    text += f"{counted(jobs, 'trial')} at a time"
     load = entry.get("load_before")
     return text if load is None else f"{text}, load {load:g} before the run"
 

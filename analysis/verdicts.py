@@ -14,7 +14,7 @@ import pandas as pd
 
 from drake_navbench.analysis.metrics.definition import Better, Metric
 from drake_navbench.analysis.metrics.registry import all_metrics, unrepeatable_names
-from drake_navbench.analysis.numbers import DEGREE, typeset
+from drake_navbench.analysis.numbers import DEGREE, counted, typeset
 from drake_navbench.analysis.paired_comparison import PairedComparison, trials_needed
 from drake_navbench.analysis.pairs import (
     RELEVANT_RATIO,
@@ -179,7 +179,9 @@ def verdict(
         if leader in touches and anyone_arrived:
             standing = FirstPlace.TOUCHED
             text = text.replace("best", "first", 1)
-            text += f"; but {leader} touched something in {_trial_count(touches[leader])}, so that"
+            text += (
+                f"; but {leader} touched something in {counted(touches[leader], 'trial')}, so that"
+            )
             text += " nobody is best"
     elif leaders == [leader, *level]:
         standing = FirstPlace.LEVEL
@@ -264,10 +266,6 @@ def _note_on_missing(values: pd.DataFrame, compared: Sequence[str], *, anyone_ar
     if missing:
         note += f"; no value for {', '.join(missing)}"
     return note
-
-
-def _trial_count(count: int) -> str:
-    return f"{count} trial{'s' * (count != 1)}"
 
 
 def _number(value: float, unit: str, *, signed: bool = False) -> str:

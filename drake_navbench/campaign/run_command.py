@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
+from drake_navbench.analysis.numbers import counted
 from drake_navbench.analysis.totals import scenarios_in_totals
 from drake_navbench.campaign.benchmark import running_stacks, worker_count
 from drake_navbench.campaign.campaign import Campaign
@@ -207,7 +208,7 @@ def _run(
         parameters_of=resolved_parameters,
     )
     driven_s = float(trials["simulated_time_s"].sum())
-    count = f"{len(trials)} trial{'s' if len(trials) > 1 else ''}"
+    count = counted(len(trials), "trial")
     console.print(
         f"{count}, {driven_s:.0f} s of driving, in {time.perf_counter() - began_s:.0f} s, "
         f"of which the trials took {wall_s:.0f} s."
