@@ -195,7 +195,7 @@ def test_an_interrupted_run_gives_a_report_that_says_what_is_missing(tmp_path):
 
 def test_what_stood_in_for_plugins_of_a_nav2_file_is_repeated(tmp_path):
     path = measured_folder(tmp_path / "results", request={"trials": 1})
-    assert "What stands in" not in render(analyse_folder(path, jobs=1))
+    assert "Replaced in the Nav2 files" not in render(analyse_folder(path, jobs=1))
     results = ResultsFolder(path)
     told = "planner_server: Smac 2D stands in for <theirs::Planner>"
     results.write_manifest(results.read_manifest() | {"stand_ins": [told]})
