@@ -30,7 +30,8 @@ from drake_navbench.analysis.metrics.signals import positions, times
 from drake_navbench.analysis.metrics.tracking import projection_on_plans
 from drake_navbench.analysis.numbers import typeset
 from drake_navbench.kernels.arrays import Array
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 
 # The most points of all trials of a scenario together; the fewest and the most of one trial.
 MAX_POINTS, MIN_POINTS_A_TRIAL, MAX_POINTS_A_TRIAL = 4000, 20, 150

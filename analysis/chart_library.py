@@ -1,9 +1,8 @@
 """The charting library of a page: BokehJS, taken from the installed package bokeh.
 
-Of the well-kept libraries that come in a Python package it is the one that draws what is needed
-here, offline and from plain numbers, in less than 1.5 MB: plotly.js has 4.5 MB, and Vega comes in a
-package with a JavaScript engine of its own. The package's files are read without importing it: the
-import would take longer than writing the page.
+BokehJS draws the charts offline, from plain numbers, in less than 1.5 MB; plotly.js has 4.5 MB, and
+Vega comes in a package with a JavaScript engine of its own. The package's files are read without
+importing it: the import would take longer than writing the page.
 """
 
 from __future__ import annotations

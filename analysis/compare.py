@@ -108,9 +108,9 @@ class FolderComparison:
 
     @property
     def undecided_losses(self) -> list[str]:
-        """A line for every loss for which there are too few trials to decide, touches first.
+        """A line for each loss for which there are too few trials to decide, touches first.
 
-        Errors are among them where the baseline has errors, too.
+        Trials that ended as an error are losses, too, where the baseline has such trials.
         """
         if not self.listed:
             return []
@@ -129,7 +129,7 @@ class FolderComparison:
 
     @property
     def summary(self) -> str:
-        """The whole comparison in one line; counts of 0 only for what is worse or better."""
+        """The comparison in one line: counts of worse and better, and other counts above 0."""
         count = Counter(finding.verdict for finding in self.listed_findings)
         always = (PairedVerdict.WORSE, PairedVerdict.BETTER)
         told = [f"{count[v]} {v}" for v in PairedVerdict if count[v] or v in always]
@@ -261,7 +261,7 @@ def to_markdown(comparison: FolderComparison) -> str:
         ]
     for title, told in (
         ("Ended as an error", lost_lines(comparison.errors)),
-        ("Losses that are not decided", comparison.undecided_losses),
+        ("Losses that so few trials do not decide", comparison.undecided_losses),
     ):
         if told:
             lines += [f"## {title}", "", *(f"- {line}" for line in told), ""]

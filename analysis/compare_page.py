@@ -20,7 +20,7 @@ from drake_navbench.analysis.pair_verdict import NO_DIFFERENCE, WORDS, finding_w
 from drake_navbench.analysis.paired_tests import Family, Finding, PairedVerdict
 from drake_navbench.analysis.paired_text import PROMISE
 from drake_navbench.analysis.paired_trials import Contest
-from drake_navbench.logs.log import FROM_WORST, Outcome
+from drake_navbench.logs.outcome import FROM_WORST, Outcome
 from drake_navbench.logs.results import ResultsFolder, file_name
 from drake_navbench.typed_files.dotted_names import SEPARATOR, flattened
 from drake_navbench.typed_files.input_file import read_input

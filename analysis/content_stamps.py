@@ -1,4 +1,4 @@
-"""Stamps of contents: whether a value that was computed before still holds.
+"""Stamps of contents, which tell whether a value that was computed earlier still holds.
 
 A stamp is the SHA-256 digest of everything that a value depends on: the bytes of the logs, the code
 that measures and draws, and the releases of the packages that it uses. Times of files say nothing.

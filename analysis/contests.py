@@ -14,7 +14,7 @@ import pandas as pd
 
 from drake_navbench.analysis.paired_trials import Contest
 from drake_navbench.errors import InputError, nearest_name_hint
-from drake_navbench.logs.log import FROM_WORST
+from drake_navbench.logs.outcome import FROM_WORST
 
 ARROW = " -> "
 

@@ -5,11 +5,9 @@ from __future__ import annotations
 import pandas as pd
 
 from drake_navbench.analysis.numbers import number
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import EARLY_M, Outcome
 
 ERROR = "goal_position_error_m"
-# Twice Nav2's default of xy_goal_tolerance, m.
-EARLY_M = 0.5
 
 
 def early_arrivals(trials: pd.DataFrame) -> list[str]:

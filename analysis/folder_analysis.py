@@ -38,7 +38,9 @@ from drake_navbench.analysis.scenario_analysis import (
 )
 from drake_navbench.analysis.totals import scenarios_in_totals
 from drake_navbench.errors import InputError
-from drake_navbench.logs.log import Outcome, TrialLog, read_info
+from drake_navbench.logs.header import read_info
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.processes.tasks import Task
 from drake_navbench.processes.worker_process import Raised, Returned
@@ -102,12 +104,12 @@ def analyse_folder(
 ) -> FolderAnalysis:
     """Computes everything from the logs of a results folder.
 
-    Logs whose measurements, and figures and charts whose drawings an earlier report kept are not
-    read or drawn again, see `measured_trials` and `kept_drawing`. A scenario of very many trials is
-    read from the table of trials, see `many_trials`. figures: which of them to draw into the
-    folder. jobs: processes; 1: this process alone. measured: rows as from `trial_row` of logs that
-    need no measuring. keeps: whether to keep the measurements for the next report. Raises
-    InputError where the folder is no results folder or holds no readable log.
+    What an earlier report kept is not computed again: measurements of logs (`measured_trials`),
+    figures and charts (`kept_drawing`). A scenario of very many trials is read from the table of
+    trials, see `many_trials`. figures: which of them to draw into the folder. jobs: processes; 1:
+    this process alone. measured: rows as from `trial_row` of logs that need no measuring. keeps:
+    whether to keep the measurements for the next report. Raises InputError where the folder is no
+    results folder or holds no readable log.
     """
     manifest, files = find_logs(path)
     stamps = file_stamps(file for own in files.values() for file in own)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from drake_navbench.analysis.metrics.body import gyration_squared_m2, outline_of
 from drake_navbench.analysis.metrics.movers import movers_of
 from drake_navbench.analysis.metrics.signals import is_carried, speed
+from drake_navbench.analysis.numbers import counted
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.logs.log import TrialLog
 
@@ -76,7 +77,7 @@ def warnings_of(trials: Iterable[tuple[str, Sequence[Violation]]]) -> list[str]:
         rows = sum(violation.row_count for _, violation in places)
         name, first = places[0]
         lines.append(
-            f"{kind}: {_counted(rows, 'row')} in {_counted(len(places), 'trial')}; "
+            f"{kind}: {counted(rows, 'row')} in {counted(len(places), 'trial')}; "
             f"first in {name}, at {first.first_s:.2f} s"
         )
     return lines
@@ -248,7 +249,3 @@ def _lateral(log: TrialLog, name: str) -> Array:
 def _from_second(flags: Flags) -> Flags:
     """Returns the flags of all rows: False for the first row, then `flags`."""
     return np.concatenate([[False], flags])
-
-
-def _counted(count: int, what: str) -> str:
-    return f"{count} {what}{'s' if count > 1 else ''}"

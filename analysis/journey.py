@@ -57,8 +57,8 @@ class Leg(NamedTuple):
     clearance_m: float = math.inf
 
 
-class Deed(NamedTuple):
-    """An action of the navigator, done `count` times in a row from first_s to last_s, s."""
+class Action(NamedTuple):
+    """An action of the navigator, done `count` times in a row between first_s and last_s."""
 
     first_s: float
     last_s: float
@@ -103,14 +103,14 @@ def _reason(log: TrialLog, leg: Mapping[str, Any], end_s: float) -> str:
     return f"{leg['reason']}, {math.dist(at[:2], leg['goal'][:2]):.2f} m away"
 
 
-def deeds_of(log: TrialLog) -> list[Deed]:
+def actions_of(log: TrialLog) -> list[Action]:
     """Returns the navigator's actions in order; equal ones in a row are one entry with a count."""
     told = [(time_s, text) for time_s, event in log.events if (text := _text(event))]
-    deeds = []
+    actions = []
     for text, group in groupby(told, key=lambda pair: pair[1]):
         moments = [time_s for time_s, _ in group]
-        deeds.append(Deed(moments[0], moments[-1], text, len(moments)))
-    return deeds
+        actions.append(Action(moments[0], moments[-1], text, len(moments)))
+    return actions
 
 
 def _text(event: Mapping[str, Any]) -> str:

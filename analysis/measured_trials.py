@@ -17,7 +17,7 @@ import pyarrow.parquet as pq
 
 from drake_navbench.analysis.content_stamps import code_stamp, metric_stamps
 from drake_navbench.analysis.invariants import Violation
-from drake_navbench.analysis.journey import Deed, Leg
+from drake_navbench.analysis.journey import Action, Leg
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.scenario_analysis import KnownValues, TrialEntry
 from drake_navbench.analysis.trial_rows import IDENTITY, VIOLATIONS
@@ -88,7 +88,7 @@ def _entry(row: dict[str, Any], place: str, told: Mapping[str, Any]) -> TrialEnt
         {str(name): str(reason) for name, reason in told["reasons"].items()},
         place,
         [Leg(tuple(goal), *rest) for goal, *rest in told["legs"]],
-        [Deed(*deed) for deed in told["deeds"]],
+        [Action(*action) for action in told["actions"]],
         [Violation(*violation) for violation in told["violations"]],
     )
 
@@ -114,7 +114,7 @@ def _details(entry: TrialEntry) -> str:
     told = {
         "reasons": entry.reasons,
         "legs": entry.legs,
-        "deeds": entry.deeds,
+        "actions": entry.actions,
         "violations": entry.violations,
     }
     return json.dumps(told)

@@ -1,4 +1,4 @@
-"""Formats numbers for the report and for the terminal's tables."""
+"""Formats numbers for pages, tables and sentences."""
 
 from __future__ import annotations
 
@@ -41,3 +41,8 @@ def short_number(value: float | None) -> str:
     if value is None or not 10.0**SHORT_DIGITS <= abs(value) < PLAIN_BELOW:
         return number(value, SHORT_DIGITS)
     return f"{float(f'{value:.{SHORT_DIGITS - 1}e}'):,.0f}".replace(",", NARROW_SPACE)
+
+
+def counted(count: int, noun: str) -> str:
+    """Returns a number of things in words: '1 trial', '2 trials'."""
+    return f"{count} {noun}{'s' * (count != 1)}"

@@ -58,7 +58,11 @@ class Overview(NamedTuple):
 def overview_of(scenarios: Sequence[ScenarioAnalysis]) -> Overview:
     """Returns the contents of the overview picture; each of these scenarios has trials."""
     shown = [entry for entry in all_metrics() if entry.name in QUANTITIES]
-    hints = {Better.LOWER: "short is good", Better.HIGHER: "long is good", Better.NEITHER: ""}
+    hints = {
+        Better.LOWER: "shorter is better",
+        Better.HIGHER: "longer is better",
+        Better.NEITHER: "",
+    }
     columns = [OverviewColumn(ARRIVED, hints[Better.HIGHER])]
     columns += [OverviewColumn(entry.title, hints[entry.better]) for entry in shown]
     return Overview(columns, [_row(scenario) for scenario in scenarios])

@@ -1,4 +1,4 @@
-"""The interval of a difference of two shares of the same pairs: arrivals before and after."""
+"""Confidence interval of the difference of two shares over the same pairs, such as arrivals."""
 
 from __future__ import annotations
 

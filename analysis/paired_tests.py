@@ -154,10 +154,10 @@ class Finding(NamedTuple):
 class Judged(NamedTuple):
     """The findings of one or several contests.
 
-    lost: trials that ended as an error, or are missing, in the judged table; they need no test.
-    equal, pairs: the number of pairs that are equal in outcome and all metrics, and of all pairs.
-    equal_cells, one_trial_cells: (label, scenario, controller) in which all pairs are equal, and in
-    which nothing is random.
+    lost: trials that ended as an error, or are missing, in the judged table; they count without a
+    test. equal, pairs: the number of pairs that are equal in outcome and all metrics, and of all
+    pairs. equal_cells, one_trial_cells: (label, scenario, controller) in which all pairs are equal,
+    and in which nothing is random.
     """
 
     findings: tuple[Finding, ...]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
+from drake_navbench.analysis.numbers import counted
 from drake_navbench.analysis.paired_tests import (
     ALARM_RATE,
     ALARM_RATES,
@@ -59,7 +60,7 @@ def lost_lines(lost: Sequence[LostTrial]) -> list[str]:
         more = f" and {len(trials) - MOST_SEEDS} more" if len(trials) > MOST_SEEDS else ""
         why = f": {reason}" if reason else ""
         lines.append(
-            f"{scenario}, {controller}: {_count(len(trials), 'trial')} {ending}, "
+            f"{scenario}, {controller}: {counted(len(trials), 'trial')} {ending}, "
             f"seed{'s' if len(trials) > 1 else ''} {seeds}{more}{why}"
         )
     return lines
@@ -117,7 +118,7 @@ def _pairs(finding: Finding) -> str:
     if finding.is_one_trial:
         return "in one trial, in which nothing is random"
     found = finding.comparison
-    text = f"in {_count(found.pairs, 'pair')}"
+    text = f"in {counted(found.pairs, 'pair')}"
     if finding.quantity.family is Family.OUTCOMES:
         net = round(found.difference / PERCENT * found.pairs)
         more, less = (finding.differing + net) // 2, (finding.differing - net) // 2
@@ -125,7 +126,3 @@ def _pairs(finding: Finding) -> str:
     if finding.verdict is PairedVerdict.UNDECIDED or math.isfinite(finding.p_value):
         text += f", p {finding.p_value:.2g}"
     return text
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'s' if number != 1 else ''}"

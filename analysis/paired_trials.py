@@ -13,7 +13,7 @@ from drake_navbench.analysis.metrics.definition import Metric
 from drake_navbench.analysis.repeats import repeated_cells
 from drake_navbench.analysis.statistics import ROUNDING
 from drake_navbench.kernels.arrays import Array
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 
 Mask = NDArray[np.bool_]
 
@@ -22,7 +22,7 @@ IDENTITY = ["scenario", "controller", "seed"]
 
 
 class Contest(NamedTuple):
-    """Two tables of trials, one row a trial: IDENTITY, `outcome` and the metrics.
+    """Two tables of trials that are compared; one row a trial: IDENTITY, `outcome`, metrics.
 
     before: the base. after: the trials that are judged against it. label: distinguishes several
     contests that are judged together.
@@ -37,8 +37,9 @@ class PairedCell(NamedTuple):
     """The pairs of trials of one controller in one scenario.
 
     first, second: (pairs, metrics), before and after, NaN where a trial has no value. repeatable:
-    (metrics,), False for what depends on the machine. outcomes: (pairs, 2). is_one_trial: whether,
-    on each side, all trials are equal: nothing in them is random, and they count as one pair.
+    (metrics,), False for a metric that depends on the machine. outcomes: (pairs, 2). is_one_trial:
+    whether, on each side, all trials are equal: nothing in them is random, and they count as one
+    pair.
     """
 
     label: str
@@ -88,7 +89,7 @@ class PairedCell(NamedTuple):
 
 
 class LostTrial(NamedTuple):
-    """A trial that ended as an error, or is missing, after.
+    """A trial that ended as an error, or is missing, in the judged table.
 
     reason: the log's; '' where the trial is missing. is_new: whether the trial came to an end in
     the base. base_fails: whether a trial of its controller and scenario, this one or another, was

@@ -27,7 +27,7 @@ from drake_navbench.kernels.arrays import Array
 
 
 class Placing(NamedTuple):
-    """The rank of a controller in a scenario, and in how many of its trials it arrived."""
+    """The rank of a controller in a scenario, and the number of its trials that arrived."""
 
     arrived: int
     trials: int

@@ -49,7 +49,7 @@ from drake_navbench.analysis.tables import (
     table_to_markdown,
 )
 from drake_navbench.analysis.totals import differences, totals, totals_csv
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.results import ResultsFolder, file_name, require_own_folders
 from drake_navbench.logs.text_tables import csv_text
 from drake_navbench.typed_files.output_file import write_text

@@ -14,13 +14,13 @@ from drake_navbench.analysis.folder_analysis import FolderAnalysis
 from drake_navbench.analysis.html import relative_change
 from drake_navbench.analysis.many_trials import MOST_LOGS_OPENED
 from drake_navbench.analysis.metrics.registry import all_metrics, installed_metrics
-from drake_navbench.analysis.numbers import short_number
+from drake_navbench.analysis.numbers import counted, short_number
 from drake_navbench.analysis.paired_comparison import trials_needed
 from drake_navbench.analysis.reproduction.lineups import PUBLISHED_SETTINGS
 from drake_navbench.analysis.reproduction.publication import published_table
 from drake_navbench.analysis.scenario_analysis import ScenarioAnalysis, TrialEntry
 from drake_navbench.analysis.tables import scenario_table
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.results import ResultsFolder
 
 # A page with more rows opens slowly, and nobody reads them; trials.parquet has all rows.
@@ -71,7 +71,7 @@ def scenario_section(analysis: FolderAnalysis, scenario: ScenarioAnalysis) -> di
             if len(entry.legs) > 1 or any(leg.floor for leg in entry.legs)
         ],
         "has_floors": any(leg.floor for entry in scenario.trials for leg in entry.legs),
-        "narrated": [entry for entry in scenario.trials if entry.deeds],
+        "narrated": [entry for entry in scenario.trials if entry.actions],
     }
 
 
@@ -161,8 +161,8 @@ def pair_rows(scenario: ScenarioAnalysis, difference: float) -> list[dict[str, A
 def listed_trials(scenarios: Sequence[ScenarioAnalysis]) -> dict[str, set[str]]:
     """Returns, by scenario, the logs of the trials that the page lists.
 
-    If there are too many, trials that did not reach the goal come first, then each scenario's first
-    ones.
+    If there are too many, it lists trials that did not reach the goal, then the first ones of each
+    scenario.
     """
     share = MOST_TRIALS_LISTED // max(1, len(scenarios))
     if sum(len(scenario.trials) for scenario in scenarios) <= MOST_TRIALS_LISTED:
@@ -258,8 +258,8 @@ def _cluster(manifest: Mapping[str, Any]) -> str:
 
 def _machine(entry: Mapping[str, Any]) -> str:
     jobs, cores = entry.get("jobs", 1), entry.get("cores", 1)
-    text = f"{entry.get('processor', 'an unknown processor')}, {cores} core{'s' * (cores != 1)}, "
-    text += f"{jobs} trial{'s' * (jobs != 1)} at a time"
+    text = f"{entry.get('processor', 'an unknown processor')}, {counted(cores, 'core')}, "
+    text += f"{counted(jobs, 'trial')} at a time"
     load = entry.get("load_before")
     return text if load is None else f"{text}, load {load:g} before the run"
 

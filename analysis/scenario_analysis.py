@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from drake_navbench.analysis.invariants import Violation
-from drake_navbench.analysis.journey import Deed, Leg, deeds_of, legs_of
+from drake_navbench.analysis.journey import Action, Leg, actions_of, legs_of
 from drake_navbench.analysis.metrics.definition import Metric
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.pairs import ComparedPair, compare_every_pair, values_by_seed
@@ -30,7 +30,8 @@ from drake_navbench.analysis.verdicts import (
     touch_counts,
 )
 from drake_navbench.errors import InputError
-from drake_navbench.logs.log import LIVE_CHANGES, Outcome, TrialLog
+from drake_navbench.logs.log import LIVE_CHANGES, TrialLog
+from drake_navbench.logs.outcome import Outcome
 
 # The metrics for a first look; the tables have the others.
 HEADLINE_METRICS = (
@@ -66,14 +67,14 @@ class LeftOut(NamedTuple):
 class TrialEntry(NamedTuple):
     """A trial that was read: its row, the reasons of undefined metrics, and its log's path.
 
-    legs, deeds: for trials with a navigator. violations: violations of the invariants.
+    legs, actions: for trials with a navigator. violations: violations of the invariants.
     """
 
     row: dict[str, Any]
     reasons: dict[str, str]
     path: str
     legs: Sequence[Leg] = ()
-    deeds: Sequence[Deed] = ()
+    actions: Sequence[Action] = ()
     violations: Sequence[Violation] = ()
 
 
@@ -115,8 +116,8 @@ class Pair(NamedTuple):
 class ScenarioAnalysis:
     """The analysis of a scenario, in plain values.
 
-    description: from the scenario's file. is_impossible: whether giving up is the task's right end.
-    clean_scenario: the scenario of which this one is a harsher variant, '' for none.
+    description: from the scenario's file. is_impossible: whether giving up is the right outcome of
+    the task. clean_scenario: the scenario of which this one is a harsher variant, '' for none.
     is_in_totals: whether its suite has so many worlds that the report shows only their totals.
     drawn: the number of trials whose logs are drawn; the others are in the table alone.
     """
@@ -156,7 +157,7 @@ def read_trials(
             log = TrialLog.read(path)
             require_a_result(log)
             measured = measured_log(log, known.get(path))
-            legs, deeds = legs_of(log), deeds_of(log)
+            legs, actions = legs_of(log), actions_of(log)
         except InputError as error:
             left_out.append(LeftOut(name, str(error).removeprefix(f"{path}: ")))
             continue
@@ -166,7 +167,7 @@ def read_trials(
             continue
         logs.append(log)
         row, reasons, violations = measured
-        entries.append(TrialEntry(row, reasons, name, legs, deeds, violations))
+        entries.append(TrialEntry(row, reasons, name, legs, actions, violations))
     return logs, entries, left_out
 
 

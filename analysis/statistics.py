@@ -134,7 +134,7 @@ def pareto_front(costs: Array) -> NDArray[np.bool_]:
     """Returns flags (N,) of the rows on the Pareto front of costs (N, K); lower is better.
 
     A row is on the front unless another row is no worse in any column and better in one. A row with
-    NaN is not on the front and keeps no other row off it.
+    NaN is not on the front and does not count against other rows.
     """
     known = np.all(np.isfinite(costs), axis=1)
     no_worse = np.all(costs[:, None, :] <= costs[None, :, :], axis=2)

@@ -14,7 +14,7 @@ from drake_navbench.analysis.statistics import (
     mean_interval,
     success_interval,
 )
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 
 PAGE_NAME = "sweep.html"
 SUCCEEDED = "succeeded"
@@ -105,7 +105,7 @@ def responses(table: pd.DataFrame, field: str, metric: str) -> list[Response]:
 def constants(table: pd.DataFrame, field: str, metric: str) -> list[Response]:
     """Returns the mean of each controller that does not have the field, in one scenario.
 
-    The mean does not depend on the field, so that the response's only value is None. table: as for
+    Such a mean does not depend on the field: its response has one value, None. table: as for
     `responses`.
     """
     found = []

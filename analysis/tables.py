@@ -13,7 +13,7 @@ from drake_navbench.analysis.reproduction.publication import (
 )
 from drake_navbench.analysis.reproduction.published import PUBLISHED_METRICS
 from drake_navbench.analysis.verdicts import comparable_trials, scenario_verdicts
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.text_tables import markdown_table
 
 STD_HEADING_ERROR = "std_heading_error"

@@ -17,7 +17,7 @@ from drake_navbench.analysis.scenario_analysis import (
 )
 from drake_navbench.analysis.verdicts import comparable_trials
 from drake_navbench.analysis.weak_points import DIGITS, WeakPoint, weak_point, worst_of
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 
 # Metric -> the word for its best controller. The other headline metrics say much the same as one of
 # these.

@@ -20,7 +20,7 @@ from drake_navbench.analysis.statistics import (
     share_interval,
     summarize,
 )
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.text_tables import csv_text
 
 # The most worlds of a suite that the report shows one by one; of larger suites it shows totals.
@@ -43,8 +43,8 @@ class Total(NamedTuple):
     """The totals of a controller over all worlds of a suite, or of one density of it.
 
     density: '' for all. success, collision: the shares of success and of touches. score: the mean
-    BARN score. scored: the share with a score above 0, which is BARN's own success. has_densities:
-    whether the suite's worlds tell their density, as BARN's do.
+    BARN score. scored: the share of worlds with a score above 0, which is success as BARN defines
+    it. has_densities: whether the suite's worlds tell their density, as BARN's do.
     """
 
     suite: str

@@ -17,9 +17,10 @@ Row = dict[str, Any]
 
 
 class MeasuredLog(NamedTuple):
-    """A trial's row of the table of trials, with what stands beside it in the report.
+    """A trial's row of the table of trials, with further facts for the report.
 
-    reasons: by metric without a value, why it has none. violations: the checks that the log breaks.
+    reasons: for each metric without a value, why it has none. violations: the invariants that the
+    log breaks.
     """
 
     row: Row

@@ -14,7 +14,7 @@ import pandas as pd
 
 from drake_navbench.analysis.metrics.definition import Better, Metric
 from drake_navbench.analysis.metrics.registry import all_metrics, unrepeatable_names
-from drake_navbench.analysis.numbers import DEGREE, typeset
+from drake_navbench.analysis.numbers import DEGREE, counted, typeset
 from drake_navbench.analysis.paired_comparison import PairedComparison, trials_needed
 from drake_navbench.analysis.pairs import (
     RELEVANT_RATIO,
@@ -25,7 +25,7 @@ from drake_navbench.analysis.pairs import (
 )
 from drake_navbench.analysis.repeats import repeated_cells, repeated_controllers
 from drake_navbench.analysis.statistics import ROUNDING
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 
 SIGNIFICANT_DIGITS = 3
 # From this number of controllers on, a list of all of them tells less than their number.
@@ -50,10 +50,10 @@ class MetricVerdict(NamedTuple):
 
     standing: BEST: every other controller is shown to be behind the leader by more than matters,
     with 95% confidence in all comparisons together (or, where nothing is random, in the one trial).
-    LEVEL: the other leaders are shown to differ from it by less than matters. TOUCHED: the leader
-    would be best, but touched an obstacle. NO_CONTEST: no controller reached the goal. order: the
-    controllers with a value, best mean first. leaders: the first controller, and those that are not
-    shown to be behind it. text: one sentence.
+    LEVEL: the other leaders are shown to differ from the first by less than matters. TOUCHED: the
+    leader would be best, but touched an obstacle. NO_CONTEST: no controller reached the goal.
+    order: the controllers with a value, best mean first. leaders: the first controller, and those
+    that are not shown to be behind it. text: one sentence.
     """
 
     scenario: str
@@ -179,7 +179,9 @@ def verdict(
         if leader in touches and anyone_arrived:
             standing = FirstPlace.TOUCHED
             text = text.replace("best", "first", 1)
-            text += f"; but {leader} touched something in {_trial_count(touches[leader])}, so that"
+            text += (
+                f"; but {leader} touched something in {counted(touches[leader], 'trial')}, so that"
+            )
             text += " nobody is best"
     elif leaders == [leader, *level]:
         standing = FirstPlace.LEVEL
@@ -264,10 +266,6 @@ def _note_on_missing(values: pd.DataFrame, compared: Sequence[str], *, anyone_ar
     if missing:
         note += f"; no value for {', '.join(missing)}"
     return note
-
-
-def _trial_count(count: int) -> str:
-    return f"{count} trial{'s' * (count != 1)}"
 
 
 def _number(value: float, unit: str, *, signed: bool = False) -> str:

@@ -69,7 +69,7 @@ def weak_point(
 def worst_of(found: Sequence[WeakPoint], praised_in: Collection[str]) -> list[WeakPoint]:
     """Returns the weak points to name: those in the praised scenarios first, then the largest.
 
-    They are at most MOST_TOLD, at most one for each metric.
+    At most MOST_TOLD are returned, and at most one for each metric.
     """
     order = sorted(found, key=lambda point: (point.where not in praised_in, -point.ratio))
     by_metric: dict[str, WeakPoint] = {}

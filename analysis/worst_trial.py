@@ -9,7 +9,8 @@ from typing import Any
 
 from drake_navbench.analysis.folder_analysis import analyse_folder
 from drake_navbench.errors import InputError
-from drake_navbench.logs.log import FROM_WORST, Outcome, has_samples, read_info
+from drake_navbench.logs.header import has_samples, read_info
+from drake_navbench.logs.outcome import FROM_WORST, Outcome
 
 
 def worst_trial(folder: Path) -> Path:

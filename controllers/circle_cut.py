@@ -19,11 +19,10 @@ from drake_navbench.kernels.read_only import read_only
 class CircleCut:
     """The rules by which a controller cuts the global plan.
 
-    searched_m: arc length that is searched for the pose closest to the robot; None: half of a side
-    of the local costmap, the one along x, or with `defaults_to_longer` the longer one. A negative
-    length is the whole plan with `may_search_all`. takes_first: whether it takes the first of
-    equally close poses; else the last one. keeps_two: the local plan never begins with the last
-    pose in reach.
+    searched_m: arc length that is searched for the pose closest to the robot; None: half the local
+    costmap's side along x, or with `defaults_to_longer` half its longer side. With `may_search_all`
+    a negative length means the whole plan. takes_first: whether it takes the first of equally close
+    poses; else the last one. keeps_two: the local plan never begins with the last pose in reach.
     """
 
     searched_m: float | None

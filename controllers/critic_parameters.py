@@ -1,7 +1,7 @@
-"""Parameters of controllers that let critics judge: a critic owns the typed model of its block.
+"""Parameters of controllers with critics: each critic brings the typed model of its own block.
 
 A parameter file gives each critic a block under its name, `PathAlign: {scale: 32.0}`, as Nav2's
-does. Which fields a block has says the critic's class, a built-in one or a user's, by its
+does. The class of the critic, built in or a user's, defines the fields of its block by
 `Parameters`.
 """
 
@@ -33,8 +33,8 @@ class CriticBlock(ControllerParameters):
 class ParametersWithCritics(ControllerParameters):
     """Base of the parameter models of controllers with critics.
 
-    A subclass has the field `critics`, with the names in the order of evaluation. Resolved it holds
-    a block for each of them, and for other registered critics whose blocks were given.
+    A subclass has the field `critics`, with the names in the order of evaluation. After validation
+    it has a block for each of them, and for other registered critics whose blocks were given.
 
     CRITICS: the registry of its critics. CRITIC_BLOCK: the base of their parameter models.
     """
@@ -106,7 +106,7 @@ class ParametersWithCritics(ControllerParameters):
 
 
 def listed_critics(values: Mapping[str, Any]) -> list[str]:
-    """Returns the names in `critics` of values as given, as far as they are names."""
+    """Returns the entries of `critics` in unvalidated values that are names."""
     critics = values.get("critics")
     critics = critics if isinstance(critics, list | tuple) else ()
     return [name for name in critics if isinstance(name, str)]

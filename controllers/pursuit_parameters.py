@@ -1,4 +1,4 @@
-"""The parameters that Regulated Pure Pursuit and Vector Pursuit read in the same sense."""
+"""The parameters that have the same meaning in Regulated Pure Pursuit and Vector Pursuit."""
 
 from __future__ import annotations
 

@@ -140,7 +140,7 @@ class Observation:
 
     @property
     def whole_plan(self) -> Array:
-        """The plan (N, 3) that a controller cuts itself: the global one, or the cut one without."""
+        """(N, 3) the plan for a controller that cuts it itself: `global_plan`, else `plan`."""
         return self.global_plan if len(self.global_plan) else self.plan
 
 
@@ -165,7 +165,7 @@ class ControllerError(NavbenchError):
     """Base of the errors that a controller may raise; `code` is Nav2's FollowPath error code.
 
     details: numbers that tell why, kept in the trial's log (such as rejections per critic).
-    memory: what the next `step` gets, where the failed cycle changed it; None keeps the old one.
+    memory: the memory for the next `step` if the failed cycle changed it; None keeps the old one.
     """
 
     code: ClassVar[int] = 100
@@ -224,12 +224,13 @@ class ControllerParameters(BaseModel):
     PLUGIN_NAMES: dotted names whose values are plugin types of further controllers.
     READ_BY: by dotted name, the releases of Nav2 that read a parameter. Every release reads a
         parameter that is not in it. Only for models with a field `nav2_release`.
-    SLIDERS: by dotted name the range of a slider by which `run --live` changes a number while it
-        drives: the controller's memory must not depend on it. A critic's slider needs the critic's
-        block.
+    SLIDERS: by dotted name, the range of a slider with which `run --live` changes a number during
+        a trial; the controller's memory must not depend on that number. A critic's slider is shown
+        only where the critic is used.
     STOOD_IN_FOR: by dotted name of a parameter that makes Nav2 behave differently from this
         controller, a sentence on what stands in for that behaviour.
-    READ_WITH: by a block of parameters, the value of another one with which alone Nav2 reads it.
+    READ_WITH: by the name of a block, the setting without which Nav2 does not read the block, such
+        as `motion_model: Ackermann`.
     """
 
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset()
@@ -282,7 +283,8 @@ class ControllerParameters(BaseModel):
     def as_record(self, **facts: Any) -> NDArray[np.void]:
         """Returns the parameters that are numbers or flags as the record that a kernel takes.
 
-        facts: values of setup and release beside them, or in place of parameters of these names.
+        facts: further fields, such as values of the setup and the release; one with the name of a
+        parameter replaces it.
         """
         fields = type(self).model_fields.items()
         names = [name for name, field in fields if field.annotation in (bool, int, float)]
@@ -300,11 +302,11 @@ class ControllerParameters(BaseModel):
 
     @classmethod
     def for_original(cls, values: Mapping[str, Any], release: str) -> dict[str, Any]:
-        """Returns given values, nested, as the original of a release of Nav2 has them.
+        """Returns the given values, nested, in the form that Nav2's original reads in a release.
 
         By default these are the given values without the port's own `nav2_release`; a controller
-        whose parameters have other names or forms in a release overrides this. ROBOT_OUTLINE stands
-        for a text that only the robot gives.
+        whose parameters have other names or forms in a release overrides this. ROBOT_OUTLINE in the
+        result stands for the robot's outline, which is filled in later.
         """
         return {name: value for name, value in values.items() if name != RELEASE_FIELD}
 
@@ -312,8 +314,8 @@ class ControllerParameters(BaseModel):
     def path_handler_fields(cls, given: Mapping[str, Any]) -> dict[str, str]:
         """Returns the path handler's field that each of PATH_HANDLER_NAMES in `given` stands for.
 
-        Until Kilted the controller itself reads those that READ_BY names, and no path handler is
-        before it. given: values by dotted names.
+        The result is empty if the controller itself reads one of these parameters in the release of
+        `given`, as some do up to Kilted. given: values by dotted names.
         """
         own = cls.PATH_HANDLER_NAMES & cls.READ_BY.keys()
         if any(cls.is_read(name, release_in(given)) for name in own):
@@ -336,7 +338,7 @@ class ControllerParameters(BaseModel):
         return True
 
     def looks_for_motion(self) -> bool:
-        """Returns whether the controller finds what moves by the cells of the local costmap."""
+        """Returns whether the controller detects moving obstacles in successive local costmaps."""
         return False
 
 
@@ -353,8 +355,8 @@ class Controller(Protocol):
     """A controller plugin. The class is what an entry point names.
 
     Parameters: its parameter model, with Nav2's names, types and defaults.
-    nav2_plugin: Nav2's plugin type, by which a Nav2 parameter file selects this controller. A port
-    of a plugin that selects another controller names it as `original_plugin`.
+    nav2_plugin: Nav2's plugin type, by which a Nav2 parameter file selects this controller. Where
+    that type selects another controller, a port names its original as `original_plugin`.
     """
 
     Parameters: ClassVar[type[ControllerParameters]]
@@ -406,7 +408,7 @@ class RememberingController(Protocol):
     """
 
     def next_memory(self, memory: Any) -> Any:
-        """Returns the memory at the start of a task; memory: at the end of the task before."""
+        """Returns the memory at the start of a task; memory: that at the end of the last one."""
         ...
 
 

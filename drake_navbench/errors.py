@@ -32,7 +32,7 @@ class NavbenchError(Exception):
 
 
 class InputError(NavbenchError):
-    """Something the user gave is wrong: a file, a field, a value, a name. Exit status 2."""
+    """The user's input is wrong: a file, a field, a value or a name. Exit status 2."""
 
 
 class InputWarning(UserWarning):
@@ -45,7 +45,7 @@ class CannotBeWritten(InputError):
 
 @contextmanager
 def writing(path: object) -> Iterator[None]:
-    """Raises CannotBeWritten, which names the file, for an OSError of what is done inside."""
+    """Turns an OSError that is raised in the block into CannotBeWritten for the file `path`."""
     try:
         yield
     except OSError as error:
@@ -54,7 +54,7 @@ def writing(path: object) -> Iterator[None]:
 
 
 class EndedFromOutside(NavbenchError):
-    """Somebody, or the system, ended a process that a trial needs; that is the machine's fault."""
+    """A process that a trial needs was ended by a person or the system; a fault of the machine."""
 
 
 # The signals that end a process from outside, as from the system when memory or
@@ -94,8 +94,8 @@ def nearest_name_hint(
 ) -> str:
     """Returns '; did you mean X?' for the known name closest to `name`, else the list of names.
 
-    Of a list longer than MAX_LIST_LENGTH, the names most like `name` are told, and `listed_by`,
-    the command or page that lists all.
+    If there are more than MAX_LIST_LENGTH names, the text has the ones most like `name`, and
+    `listed_by`: the command or page that lists all.
 
     likeness: least similarity, 0 to 1, of a close name; more where a wrong hint is worse than none.
     """

@@ -23,8 +23,8 @@ class Explanation(NamedTuple):
 
     command: as in `Decision`; None where the cycle had none.
     sentence: the reason in one sentence, with numbers and units.
-    columns, rows: a table; the first column names what is told, such as a critic. Numbers are
-        rounded where they are printed; None is an empty cell.
+    columns, rows: a table; the first column names the subject of the row, such as a critic. Numbers
+        are rounded where they are printed; None is an empty cell.
     notes: further sentences.
     """
 
@@ -35,7 +35,7 @@ class Explanation(NamedTuple):
     notes: tuple[str, ...] = ()
 
     def gives(self, command: Array | None) -> bool:
-        """Returns whether the explained command is `command` to the last bit."""
+        """Returns whether the explained command equals `command` to the last bit."""
         if self.command is None or command is None:
             return self.command is None and command is None
         ours, theirs = (_padded(given) for given in (self.command, command))
@@ -46,7 +46,7 @@ class ControlCycle(NamedTuple):
     """One call of the controller, and its outcome.
 
     observation, memory: the inputs of the call. command: (3,) as published, v m/s, w rad/s, vy m/s;
-    None where the controller raised a ControllerError, which `failure` tells.
+    None where the controller raised a ControllerError, whose text is `failure`.
     """
 
     observation: Observation
@@ -58,8 +58,8 @@ class ControlCycle(NamedTuple):
 class SpeedRule(NamedTuple):
     """A rule that bounds the speed of a cycle.
 
-    speed: its bound, m/s. because: the facts, for the table. words: the reason for a sentence
-    'drives 0.2 m/s: ...', where the rule sets the speed.
+    speed: the bound, m/s. because: the facts behind it, for the table. words: the end of the
+    sentence 'drives 0.2 m/s: ...' if this rule sets the speed.
     """
 
     name: str

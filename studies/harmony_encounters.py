@@ -36,7 +36,8 @@ from scipy import stats
 from drake_navbench import run_trial
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.world import Wall
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 
 WALKING_MPS = (1.0, 1.4)
 # The robot's speed, and the way that it loses while it speeds up, m/s and m.

@@ -14,7 +14,7 @@ from scipy import stats
 
 from drake_navbench.analysis.pairs import holm
 from drake_navbench.analysis.statistics import CONFIDENCE, exact_share_interval
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.text_tables import markdown_table
 
 OURS = "harmony"

@@ -25,7 +25,7 @@ from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.campaign.rows_of_trials import drive_each
 from drake_navbench.campaign.trial_tasks import table_row
 from drake_navbench.inputs.scenario import Scenario, load_scenario
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.trial.spec import TrialSpec
 
 FIRST_SEED = 500

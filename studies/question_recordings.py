@@ -31,7 +31,7 @@ from question_trials import (
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.drive import LEAST_LAG_S
 from drake_navbench.inputs.robot import Robot, load_robot, overridden
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.ros2.recordings.drive_data import DriveData, drive_data
 from drake_navbench.ros2.recordings.drive_fit import DriveFit, fit_drive
 from drake_navbench.ros2.recordings.reading import Piece, read_bag

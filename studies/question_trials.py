@@ -29,7 +29,8 @@ from drake_navbench.campaign.rows_of_trials import drive_each
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import Robot, overridden
 from drake_navbench.inputs.scenario import Scenario
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.text_tables import markdown_table
 from drake_navbench.trial.spec import TrialSpec
 

@@ -23,7 +23,7 @@ from drake_navbench.analysis.figures.style import (
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.trial.column_controller import built_controller
-from drake_navbench.trial.diagram import Looks
+from drake_navbench.trial.diagram import Observers
 from drake_navbench.trial.trial import simulate_with
 
 STEM = Path(__file__).parents[1] / "docs" / "images" / "why_dwb"
@@ -37,7 +37,7 @@ def main() -> None:
     (spec,) = plan_campaign([SCENARIO], [CONTROLLER], trials=1).specs
     cycles = []
     with built_controller(spec.preset, spec.robot, wants_diagnostics=True) as controller:
-        simulate_with(controller, spec, Looks(on_cycle=cycles.append), until_s=AT_S)
+        simulate_with(controller, spec, Observers(on_cycle=cycles.append), until_s=AT_S)
         cycle = next(entry for entry in reversed(cycles) if entry.command is not None)
         shown = controller.step(cycle.observation, cycle.memory).diagnostics
     seen = cycle.observation

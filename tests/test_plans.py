@@ -20,7 +20,8 @@ from scenes import straight_plan
 from synthetic_logs import make_log
 
 from drake_navbench.errors import InputError
-from drake_navbench.logs.log import METADATA_KEY, TrialLog
+from drake_navbench.logs.header import METADATA_KEY
+from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.plans import Plan, as_logged
 
 MAX_BYTES_OF_600_REPLANS = 5_000_000

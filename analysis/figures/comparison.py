@@ -94,7 +94,7 @@ class ComputeTimes(NamedTuple):
 
 
 def clearance_curves(logs: Logs) -> list[ClearanceCurve]:
-    """Returns one curve for each trial with clearances; [] where no obstacle was ever in reach."""
+    """Returns a curve for each trial with clearances; [] if no obstacle was ever within reach."""
     curves = []
     for controller, own in logs.items():
         for log in own:

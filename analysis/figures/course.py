@@ -1,4 +1,4 @@
-"""A course seen from above: obstacles, plans, goals, and the ways of what moves."""
+"""A course seen from above: obstacles, plans, goals, and the paths of moving bodies."""
 
 from __future__ import annotations
 

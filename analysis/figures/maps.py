@@ -1,4 +1,4 @@
-"""Driven paths seen from above, over the course of their trials."""
+"""Driven paths seen from above, drawn over the course: obstacles, plans and goals."""
 
 from __future__ import annotations
 

@@ -32,8 +32,10 @@ from drake_navbench.analysis.metrics.body import Body, body_of
 from drake_navbench.analysis.metrics.definition import Undefined
 from drake_navbench.analysis.metrics.efficiency import spent_power_w
 from drake_navbench.analysis.metrics.signals import Motion, column, motion, times
+from drake_navbench.analysis.numbers import counted
 from drake_navbench.kernels.arrays import Array
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 
 Line = dict[str, Any]
 
@@ -192,8 +194,7 @@ def _draw_path(axes: Axes, shown: PathsMap, line: Line) -> None:
     draw_outlines(axes, driven.outlines, line["color"])
     axes.set_xlim(shown.low[0], shown.high[0])
     axes.set_ylim(shown.low[1], shown.high[1])
-    count = len(driven.paths)
-    axes.set_title(f"Plan (dashed) and paths of {count} trial{'s' if count > 1 else ''}")
+    axes.set_title(f"Plan (dashed) and paths of {counted(len(driven.paths), 'trial')}")
 
 
 def _draw_velocity(axes: Axes, curves: MotionCurves, line: Line) -> None:

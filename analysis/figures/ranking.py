@@ -22,7 +22,7 @@ from drake_navbench.analysis.figures.style import (
 from drake_navbench.analysis.metrics.definition import Metric
 from drake_navbench.analysis.statistics import pareto_front
 from drake_navbench.analysis.verdicts import MetricVerdict
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 
 RANK_ROW_IN = 0.36
 PATCH_WIDTH = 0.9

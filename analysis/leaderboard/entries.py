@@ -1,6 +1,7 @@
 """Entries of a leaderboard: results folders, checked against the suite.
 
-A folder says in `leaderboard.json` for which suite, and for which version of it, it was entered.
+The file `leaderboard.json` in a folder names the suite, and its version, for which the folder was
+entered.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from drake_navbench.analysis.leaderboard.ranking import RUN_SEED
 from drake_navbench.analysis.leaderboard.suite import Suite
 from drake_navbench.analysis.verdicts import is_failed
 from drake_navbench.errors import InputError, one_line
-from drake_navbench.logs.log import has_samples
+from drake_navbench.logs.header import has_samples
 from drake_navbench.logs.results import ResultsFolder, file_name
 from drake_navbench.typed_files.input_file import file_digest
 from drake_navbench.typed_files.output_file import write_text
@@ -50,7 +51,7 @@ class _Stamp(FrozenModel):
 
 
 class CardPreset(FrozenModel):
-    """The part of a card about a resolved preset."""
+    """The resolved preset, as far as a controller's card shows it."""
 
     model_config = ConfigDict(extra="ignore")
 

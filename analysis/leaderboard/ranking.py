@@ -29,7 +29,7 @@ from drake_navbench.analysis.statistics import (
     summarize,
 )
 from drake_navbench.analysis.verdicts import is_failed
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 
 # The column that tells apart the runs of a suite's seeds in a table of their trials.
 RUN_SEED = "run_seed"

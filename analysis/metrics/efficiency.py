@@ -31,7 +31,8 @@ from drake_navbench.analysis.metrics.signals import (
 )
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.path_geometry import path_length
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 
 STOPPED_BELOW_MPS = 0.01
 STOPPED_BELOW_RADPS = 0.02

@@ -17,7 +17,8 @@ from drake_navbench.analysis.metrics.signals import (
 )
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.path_geometry import path_length
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.plans import Plan
 
 # A plan comes to a pose where it is nearer than this to its nearest point, m: a map's cell.
@@ -60,7 +61,7 @@ def leg_ends_s(log: TrialLog) -> list[float]:
     """Returns the end of each leg that ended, s.
 
     A pose of navigate_through_poses is passed where the robot is nearest to it, after the pose
-    before and before the navigator ends the leg to the next one: the navigator looks only now and
+    before and before the navigator ends the leg to the next one: the navigator checks only now and
     then which poses are passed, and near the last one not at all.
     """
     legs = _legs(log)

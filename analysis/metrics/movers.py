@@ -74,7 +74,7 @@ def is_there(poses: Array) -> NDArray[np.bool_]:
 # Several metrics measure one log in turn, and a log does not change: the last result is kept.
 @lru_cache(maxsize=1)
 def movers_of(log: TrialLog) -> Movers:
-    """Returns the moving obstacles and people of a trial; an empty record where there were none."""
+    """Returns the moving obstacles and people of a trial; an empty `Movers` if there were none."""
     described = log.info["scenario"]["world"].get("moving_obstacles", [])
     things = MovingObstacles(tuple(TypeAdapter(list[MovingObstacle]).validate_python(described)))
     people = _people_of(log)

@@ -14,7 +14,8 @@ from drake_navbench.analysis.metrics.signals import column, lateral_velocity, po
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.moving_bodies import clearances_of_bodies
 from drake_navbench.kernels.moving_collision_time import time_to_moving_contact
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 
 LOOK_PERIOD_S = 0.1
 # For so long a body is assumed to keep its velocity.
@@ -23,7 +24,7 @@ COLLISION_TIME_HORIZON_S = 10.0
 MAX_CLEARANCE_M = 5.0
 
 
-@metric(unit="", better="lower", title="Touches of what stands")
+@metric(unit="", better="lower", title="Touches of standing obstacles")
 def standing_collision_count(log: TrialLog) -> float:
     """Whether the trial ended at a standing obstacle; only in worlds where something moves.
 
@@ -33,7 +34,7 @@ def standing_collision_count(log: TrialLog) -> float:
     return float(_contact_kind(log) == "obstacle")
 
 
-@metric(unit="", better="lower", title="The robot ran into what moves")
+@metric(unit="", better="lower", title="The robot ran into a moving body")
 def ran_into_moving_count(log: TrialLog) -> float:
     """Whether the trial ended because the robot ran into something that moves.
 
@@ -46,7 +47,7 @@ def ran_into_moving_count(log: TrialLog) -> float:
     return float(_contact_kind(log) == "robot")
 
 
-@metric(unit="", better="lower", title="What moves ran into the robot")
+@metric(unit="", better="lower", title="A moving body ran into the robot")
 def was_run_into_count(log: TrialLog) -> float:
     """Whether the trial ended because something that moves ran into the robot.
 
@@ -58,7 +59,7 @@ def was_run_into_count(log: TrialLog) -> float:
     return float(_contact_kind(log) == "other")
 
 
-@metric(unit="m", better="higher", title="Smallest clearance to what moves", relevant=0.01)
+@metric(unit="m", better="higher", title="Smallest clearance to a moving body", relevant=0.01)
 def min_moving_clearance_m(log: TrialLog) -> float:
     """Smallest distance between the footprint and a moving obstacle or person.
 
@@ -71,7 +72,7 @@ def min_moving_clearance_m(log: TrialLog) -> float:
     return float(nearest_m) if _contact_kind(log) in ("", "obstacle") else 0.0
 
 
-@metric(unit="s", better="higher", title="Shortest time to collision with what moves")
+@metric(unit="s", better="higher", title="Shortest time to collision with a moving body")
 def moving_time_to_collision_min_s(log: TrialLog) -> float:
     """Shortest time until the footprint would have met something that moves, at constant twists.
 

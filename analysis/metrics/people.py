@@ -46,7 +46,7 @@ class PeopleLooks(NamedTuple):
 
 
 class Approaches(NamedTuple):
-    """Number of approaches to within a distance, by the body that contributed more to each."""
+    """Number of approaches to within a distance, by who contributed more: robot or person."""
 
     by_robot: int
     by_person: int

@@ -107,7 +107,7 @@ def all_metrics() -> tuple[Metric, ...]:
 
 
 def unrepeatable_names() -> list[str]:
-    """Returns the metrics that depend on the machine: two equal runs agree in all others."""
+    """Returns the names of metrics that depend on the machine; equal trials agree in all others."""
     return [entry.name for entry in all_metrics() if not entry.is_repeatable]
 
 

@@ -114,7 +114,7 @@ def command_w_variation_radps(log: TrialLog) -> float:
     return np.abs(np.diff(column(log, "command_w_radps"))).sum()
 
 
-@metric(unit="rad", better="lower", title="Turning in all")
+@metric(unit="rad", better="lower", title="Total turning")
 def heading_change_rad(log: TrialLog) -> float:
     """Total angle through which the robot turned, left and right turns both counted as positive.
 
@@ -135,7 +135,7 @@ def heading_change_per_metre_radpm(log: TrialLog) -> float:
     return heading_change_rad(log) / length_m
 
 
-@metric(unit="", better="lower", title="Changes between left and right")
+@metric(unit="", better="lower", title="Changes of the turning direction")
 def heading_reversal_count(log: TrialLog) -> float:
     """Number of changes between turning left and turning right.
 

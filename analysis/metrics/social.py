@@ -1,6 +1,7 @@
 """Social metrics: distances to people, time to collision, social forces, delay of the people.
 
-None of these numbers is what people feel. docs/living_world.md names the limits of such metrics.
+None of these numbers measures what people feel. docs/living_world.md names the limits of such
+metrics.
 """
 
 from __future__ import annotations
@@ -30,7 +31,8 @@ from drake_navbench.analysis.metrics.signals import (
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.kernels.social_force import social_force
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 
 # The factor of the social force in HuNavSim's evaluation.
 SOCIAL_FACTOR = 2.1

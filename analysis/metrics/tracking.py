@@ -25,7 +25,8 @@ from drake_navbench.analysis.metrics.signals import column, positions, require, 
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.path_geometry import path_length
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 
 # A smaller gain along the plan is no progress; a usual costmap's cell is as large.
 STALL_DISTANCE_M = 0.05

@@ -122,7 +122,7 @@ def draw_robot(stage: Stage, path: str, model: RobotModel, *, outline: Array, rg
 def add_driven_path(
     stage: Stage, path: str, stretches: Sequence[Array], *, rgba: Rgba, layer: int = 0
 ) -> None:
-    """Draws the driven path of the base; higher layers lie above lower ones.
+    """Draws the driven path of the base; a path with a higher `layer` lies above others.
 
     stretches: the positions (N, 2) m of each stay on a floor, in order.
     """

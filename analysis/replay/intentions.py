@@ -104,8 +104,8 @@ def _draw_ribbon(stage: Stage, path: str, trajectory: Array, look: _Ribbon) -> b
 def add_samples(stage: Stage, path: str, cycles: Cycles, period_s: float) -> bool:
     """Shows `sampled_trajectories` (K, N, 3), coloured by `sampled_costs` (K,), NaN where refused.
 
-    Of many samples only every so many-th, in the order of cost, is drawn. Returns whether any cycle
-    has some.
+    Of many samples only every n-th, in the order of cost, is drawn. Returns whether any cycle has
+    some.
     """
     shown: list[tuple[float, str | None]] = []
     for time_s, cycle in _fewer_events(cycles, "sampled_trajectories", period_s):

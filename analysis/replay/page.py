@@ -77,9 +77,9 @@ def assemble(
     """Returns Meshcat's static page with title, legend (one block a section), charts and player.
 
     data: `bounds` of the course [x0, x1, y0, y1] m, `aspect` of the window for which the camera is
-    aimed, and `robots`: for each its `name`, `color`, Meshcat paths `group` and `robot`, and what
-    `strip.strip_of` returns, and the `reasons` of its decisions; `compute_top_ms`: where the axis
-    of compute times ends; `floors`: of each the `name` and the place `x`, `y` m of its label.
+    aimed, and `robots`: for each its `name`, `color`, Meshcat paths `group` and `robot`, the
+    entries of `strip.strip_of`, and the `reasons` of its decisions; `compute_top_ms`: where the
+    axis of compute times ends; `floors`: of each the `name` and the place `x`, `y` m of its label.
     notes: sentences below the legend, such as how to get missing layers.
     """
     blocks = ["\n".join(row.markup() for row in section) for section in sections if section]

@@ -59,7 +59,8 @@ from drake_navbench.analysis.replay.stage import Stage
 from drake_navbench.analysis.replay.strip import compute_top_ms, strip_of
 from drake_navbench.inputs.world import Obstacle, World
 from drake_navbench.inputs.world_geometry import MOVING_COLOR
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.plans import Plan
 
 Reasons = Mapping[str, Sequence[Decision]]

@@ -1,4 +1,4 @@
-"""The numbers of one trial behind the strip of charts below a replay."""
+"""The numbers of one trial that the strip of charts below a replay shows."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 
 # The most points of a line: the strip is some 1000 pixels wide, and a race has several lines.
 MAX_POINTS = 400
@@ -21,10 +22,11 @@ MOST_PERCENT, ROOM_ABOVE_MOST = 98.0, 3.0
 
 
 def strip_of(log: TrialLog) -> Mapping[str, Any]:
-    """Returns time s, v m/s, w rad/s, clearance m and compute time ms, when and whether it failed.
+    """Returns a trial's curves: `time` s, `v` m/s, `w` rad/s, `clearance` m, `compute` time ms.
 
-    Each point has the largest compute time and the smallest clearance since the last point, because
-    readers look for these peaks. None stands for no value.
+    Each point has the largest compute time and the smallest clearance up to the next point, because
+    readers look for these peaks. None stands for no value. `end`: time of the last sample, s.
+    `failed`: whether the trial missed its goal.
     """
     columns: dict[str, tuple[pd.Series, Callable[[NDArray[np.float64]], float]]] = {
         "v": (log.samples["v_mps"], np.mean),

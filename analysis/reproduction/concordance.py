@@ -134,7 +134,7 @@ class Baseline(NamedTuple):
 
 
 def permutation_baseline(trials: pd.DataFrame, lineup: Lineup = PUBLISHED_SETTINGS) -> Baseline:
-    """Returns the agreement by chance: that of our columns under every other order of the labels.
+    """Returns the agreement by chance: our columns with their labels permuted in every other way.
 
     A permutation renames the controllers in all scenarios and metrics alike. The scenarios and the
     differences between columns stay; only the assignment of controllers to columns is lost.

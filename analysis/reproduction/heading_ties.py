@@ -53,7 +53,7 @@ class HeadingTies(NamedTuple):
 def heading_ties(
     trials: pd.DataFrame, lineup: Lineup, judgements: Sequence[Judgement]
 ) -> HeadingTies:
-    """Returns the errors and findings that depend on the rule; none for a table without LAST.
+    """Returns the errors and findings that depend on the rule; none if trials lack LAST.
 
     judgements: judgements of all findings, with the rule of the first sample.
     """

@@ -115,9 +115,10 @@ def shares(judgements: Sequence[Judgement]) -> list[Share]:
 
 
 def shares_by_difficulty(judgements: Sequence[Judgement]) -> tuple[Share, Share]:
-    """Returns the count of verdicts of the findings that hardly any run could miss, and of others.
+    """Returns the counts of verdicts of findings that nearly every run meets, and of the others.
 
-    The task fixes success rates at 100 or 0%, and a setting the top speed.
+    Nearly every run meets those on success rates, which the task fixes at 0 or 100%, and on the top
+    speed, which a setting fixes.
     """
     easy = [j for j in judgements if j.finding.metric in NEAR_TRIVIAL_METRICS]
     rest = [j for j in judgements if j.finding.metric not in NEAR_TRIVIAL_METRICS]
@@ -125,10 +126,10 @@ def shares_by_difficulty(judgements: Sequence[Judgement]) -> tuple[Share, Share]
 
 
 def errors_by_metric(own: LineupResult) -> dict[str, RelativeError]:
-    """Returns the relative error of all printed numbers, of those left out and of the others.
+    """Returns the relative errors of the printed numbers, by group of metrics.
 
-    'compared' are the metrics whose orderings count, 'uncertain' those for which four trials are
-    too few, 'all' all metrics together.
+    Groups: 'compared', whose orderings count; 'uncertain', for which four trials are too few;
+    'trivial', which nearly every run meets; 'all'.
     """
     return {
         "compared": relative_error(own.compared_cells),
@@ -142,7 +143,7 @@ def agreements(own: LineupResult, noisy: LineupResult | None = None) -> list[Agr
     """Returns concordance and relative error by scenario, by controller, and of all together.
 
     There are also rows for the orderings that the findings cover, and for the others. noisy: the
-    result of a lineup whose scenarios get rows beside the scenarios that they stand for.
+    result of a lineup with other scenarios; each gets a row beside the scenario it stands for.
     """
     claimed = findings()
     rows = []

@@ -19,7 +19,8 @@ from drake_navbench.analysis.metrics.signals import poses_at, require
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.percent import PERCENT
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 
 FIRST_SAMPLE_AFTER_START_S = 0.06
 SAMPLING_PERIOD_S = 0.115

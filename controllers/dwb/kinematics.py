@@ -13,8 +13,8 @@ from drake_navbench.kernels.speed_limit import NO_SPEED_LIMIT, limited_speed
 class Kinematics(NamedTuple):
     """Limits of the velocity, m/s and rad/s, and of its rate of change, m/s^2 and rad/s^2.
 
-    Names and meaning are those of the parameters. Passed whole to the kernels. speed_tolerance: by
-    which a twist may miss the limits of speed: m^2/s^2 for the planar ones, which are compared
+    Names and meaning are those of the parameters. Passed whole to the kernels. speed_tolerance: how
+    far a twist may be beyond the limits of speed: m^2/s^2 for the planar ones, which are compared
     squared, rad/s for min_speed_theta.
     """
 

@@ -62,8 +62,9 @@ def choose(raw_scores, violations, scales, short_circuit, totals, judged_counts)
 
     raw_scores (C, K), violations (C, K), scales (C,) float32: as in Evaluation. totals (K,)
     float32, judged_counts (K,): output. Totals are rounded to float32 after each critic. With
-    short_circuit a trajectory is left as soon as its total exceeds the best so far; rules that
-    only later critics would find broken then do not count. Equal totals keep the earlier one.
+    short_circuit the scoring of a trajectory ends as soon as its total exceeds the best so far;
+    rules that only later critics would find broken then do not count. Equal totals keep the earlier
+    one.
     """
     best_total = NO_TOTAL
     best = NONE_CHOSEN

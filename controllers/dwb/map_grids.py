@@ -20,7 +20,7 @@ LARGEST_HOLE_CELLS = 2.0
 
 @njit(cache=True)
 def split_hole(distance_squared, resolution):
-    """Returns the number of intervals of Nav2's way between two poses; 1 leaves it whole."""
+    """Returns the number of intervals into which Nav2 splits the gap between two poses."""
     hole_squared = resolution * resolution * LARGEST_HOLE_CELLS * LARGEST_HOLE_CELLS
     if distance_squared <= hole_squared:
         return 1

@@ -29,7 +29,8 @@ from drake_navbench.errors import InputError
 class ExternalMemory(NamedTuple):
     """The memory of an external controller: the client's own, any value that its protocol can hold.
 
-    is_at_rest: whether a cancelled client that slows down first has last reported to be at rest.
+    is_at_rest: whether a cancelled client with graceful cancelling said in its last answer that it
+    is at rest.
     """
 
     client: Any = None

@@ -19,7 +19,7 @@ class Rules(NamedTuple):
         whether the goal is near.
     aims_once: has one target, the first pose at a straight distance, and no other where the way
         there is blocked; else it comes nearer, pose by pose.
-    takes_first_of_equals: among equally close poses; else the last one.
+    takes_first_of_equals: takes the first of equally close poses; else the last one.
     is_patient: every error counts as no valid control, to which the server's patience applies.
     """
 

@@ -1,7 +1,7 @@
 """Newton's method on the barrier problem of the polish, which is the one that IPOPT solves.
 
 Primal-dual (Wächter, Biegler 2006) for variables between bounds, with exact second derivatives and
-a barrier that stays where IPOPT's starts. So few variables that dense matrices cost nothing.
+a constant barrier, that with which IPOPT starts. Matrices are dense, as variables are few.
 """
 
 from __future__ import annotations

@@ -79,7 +79,7 @@ class ModelPredictivePathIntegral:
     def next_memory(self, memory: MppiMemory) -> MppiMemory:
         """Returns the memory at the start of a task that follows another.
 
-        In Humble the optimiser goes on from where the other task ended; else it is reset.
+        In Humble the optimiser continues from the end of the last task; else it is reset.
         """
         if self._release.outlives_task:
             return memory._replace(plan=PlanState())
@@ -252,9 +252,9 @@ class ModelPredictivePathIntegral:
 def straight_goal(
     parameters: MppiParameters, observation: Observation, plan: np.ndarray
 ) -> np.ndarray | None:
-    """Returns (3,) x m, y m, yaw rad of the goal that it is straight to; None in Lyrical.
+    """Returns (3,) x m, y m, yaw rad to which critics measure straight distances; or None.
 
-    plan: (M, 3) the local one.
+    None in Lyrical, whose critics measure along the local plan. plan: (M, 3) the local one.
     """
     release = RULES[parameters.nav2_release]
     if release.goal is Goal.PATH:

@@ -72,7 +72,7 @@ def wrap32(angle):
 def clamp32(value, low, high):
     """Returns min(high, max(value, low)), in that order: `high` wins where low > high.
 
-    It also stands for what is not a number, as in C++.
+    NaN becomes `high`, as in C++.
     """
     raised = low if value < low else value
     return raised if raised < high else high

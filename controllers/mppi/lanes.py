@@ -5,8 +5,8 @@ A quantity of B samples over N steps is a float32 array (blocks, N, LANES): samp
 zeros; its padding is computed like a sample and then ignored. One block of all trajectory
 quantities fits into the second-level cache, which is what makes the fused pass fast.
 
-Kernels of one row of lanes are compiled into their callers (`forceinline`): at a call numba counts
-a reference up and down for every array, which takes up to half as long as the row itself.
+Kernels of one row of lanes are compiled into their callers (`forceinline`): a call makes numba
+count references for every array, which takes up to half as long as the row itself.
 """
 
 from __future__ import annotations

@@ -205,7 +205,7 @@ def limit_curvature(controls, min_turning_r):
 
 @njit(cache=True)
 def limit_signed_curvature(controls, min_turning_r):
-    """Limits curvature as Iron does: too tight a turn changes its side if vx is negative."""
+    """Limits curvature as Iron does: with negative vx too tight a turn changes sides."""
     for t in range(controls.shape[1]):
         v, w = controls[0, t], controls[2, t]
         if np.abs(v) < min_turning_r * np.abs(w):

@@ -88,7 +88,7 @@ def own_plan_range(plan, begin, end, position, searched, ahead, grid, takes_firs
 
 @njit(cache=True)
 def first_cusp_end(plan, begin):
-    """Returns the index after the first pose from `begin` on where a plan turns back; N without.
+    """Returns the index after the first pose from `begin` on where a plan turns back, else N.
 
     It turns back where two segments that follow each other have a negative product, in float32.
     """

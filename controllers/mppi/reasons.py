@@ -63,7 +63,7 @@ def explained(result: CycleResult, critics: Sequence[str], command: Array) -> Ex
 
 
 def polished(sampled: Explanation, command: Array) -> Explanation:
-    """Returns the reasons of a sampled command with those of the polish of it to `command`."""
+    """Returns the reasons of a sampled command, and how the polish changed it to `command`."""
     if sampled.gives(command):
         note = "The polish kept the sampled sequence."
         return sampled._replace(command=command, notes=(*sampled.notes, note))

@@ -43,28 +43,28 @@ class Rules(NamedTuple):
     close poses; else the last one. goal, furthest: see `Goal` and `Furthest`. heads_as_goal: near
     the goal the wanted heading is the goal's; else that of the local plan's end.
     turns_at_inversion: where plans are followed to their cusps, these are the goals.
-    predicts_start: the roll-outs and the sequence start from the velocity that the robot can have
-    reached towards the last command; else the roll-outs from the measured velocity, the sequence
-    anywhere. has_accelerations: both obey limits of acceleration. clamps_samples: the samples are
-    averaged as clamped to these limits.
-    filters_first: the filter comes before the limits, in every pass; else after them, once a cycle.
-    filters_in_place: it reads values it has already filtered. curves_signed: a car that drives
-    backwards in too tight a curve is made to turn the other way. has_validator: the averaged
-    trajectory is checked. limits_axes: the constraint critic limits vx and vy; else the speed, by
-    the norm of both limits. standing_spoils: the cost of a car that neither drives nor turns is no
-    number, and so are the controls, for which their upper limits stand then; else such a step costs
-    nothing. In Lyrical its turning radius is 0. finds_cells_in_float32: the cost critic computes
-    cells in float32. drops_last_column: it leaves out the last of an odd number of columns.
-    heeds_inflation_radius: it checks every outline where the inflation radius is less than the
-    robot's.
+    predicts_start: roll-outs and sequence start from the velocity that the robot can have reached
+    towards the last command; else roll-outs start from the measured velocity, and the sequence from
+    any. has_accelerations: roll-outs and sequence obey limits of acceleration. clamps_samples: the
+    samples are averaged as clamped to these limits. filters_first: the filter comes before the
+    limits, in every pass; else after them, once a cycle. filters_in_place: it reads values it has
+    already filtered. curves_signed: a car that drives backwards in too tight a curve is made to
+    turn the other way. has_validator: the averaged trajectory is checked. limits_axes: the
+    constraint critic limits vx and vy; else the speed, by the norm of both limits. standing_spoils:
+    the cost of a car that neither drives nor turns is NaN, which makes the controls NaN, and these
+    are replaced by their upper limits; else such a step costs nothing. In Lyrical its turning
+    radius is 0. finds_cells_in_float32: the cost critic computes cells in float32.
+    drops_last_column: it leaves out the last of an odd number of columns. heeds_inflation_radius:
+    it checks every outline where the inflation radius is less than the robot's.
     reads_inflation_layer: the obstacle critic reads radius and factor of the inflation layer; else
     parameters of its own. repels_above_least: the least repulsion of all samples counts as none,
-    and repulsion adds to the margin's cost. aligns_onward: the path critic looks from the last
-    point on for the nearest by length; else for the first that is as far. angles_at_end: the critic
-    of angles looks at the samples' ends; else at all columns. is_patient: no valid control is
-    waited for; else it ends the task at once. outlives_task: the optimizer is not reset between
-    two tasks, but after a pause. task_lifts_limit, failure_lifts_limit: the reset between two
-    tasks, and that after a failure, lifts the speed limit until another one is told.
+    and repulsion adds to the margin's cost. aligns_onward: the path critic searches the point with
+    the nearest arc length, from the last one on; else the first point that is as far.
+    angles_at_end: the critic of angles looks at the samples' ends; else at all columns. is_patient:
+    a cycle without valid control counts against the server's patience; else it ends the task at
+    once. outlives_task: the optimizer is not reset between two tasks, but after a pause.
+    task_lifts_limit, failure_lifts_limit: the reset between two tasks, and that after a failure,
+    lifts the speed limit until another one is told.
     """
 
     cuts_plan: bool = True

@@ -138,7 +138,7 @@ class SequenceRules:
 
 
 def limits_of(parameters: MppiParameters) -> MotionLimits:
-    """Returns the limits in float32; accelerations get the sign that they must have."""
+    """Returns the limits in float32; accelerations get the sign that their names demand."""
     p = parameters
     return MotionLimits(
         F32(p.vx_max),

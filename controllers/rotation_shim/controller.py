@@ -89,7 +89,7 @@ class RotationShim:
     def next_memory(self, memory: ShimMemory) -> ShimMemory:
         """Returns the memory at the start of a task that follows another.
 
-        A turn goes on, and the goal is not a new one where it is the same.
+        A turn goes on; a goal equal to that of the last task does not count as a new one.
         """
         return memory._replace(
             primary=memory_of_next_task(self._primary, memory.primary),

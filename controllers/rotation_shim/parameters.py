@@ -135,7 +135,7 @@ class RotationShimParameters(ControllerParameters):
 
     @classmethod
     def primary_model(cls, values: Mapping[str, Any]) -> type[ControllerParameters] | None:
-        """Returns the parameter model of the primary controller of values, None without one.
+        """Returns the parameter model of the primary controller that `values` name, or None.
 
         values: nested, or with dotted names. Another shim, which is refused, counts as none.
         """
@@ -209,7 +209,7 @@ class RotationShimParameters(ControllerParameters):
         return super().as_read().model_copy(update={PRIMARY: read})
 
     def files_read(self) -> Mapping[str, Path]:
-        """Returns the parameters of the primary controller."""
+        """Returns the files that the primary controller reads or runs."""
         return self.primary_controller.parameters.files_read()
 
     def asked_speeds(self) -> AskedSpeeds:

@@ -18,9 +18,9 @@ class Rules(NamedTuple):
         The goal checker says whether the goal's position is reached; else the distance does.
     cuts_plan: looks at the path handler's part of the plan, which begins at the robot; else at the
         whole plan.
-    keeps_position: reached once, it stays so until the next plan.
-    takes_last_pose: it takes the last pose of a plan shorter than the sampling distance; else it
-    has no heading.
+    keeps_position: once reached, the goal's position counts as reached until the next plan.
+    takes_last_pose: a plan shorter than the sampling distance has the heading of its last pose;
+        else it has none.
     stops_in_time: as in `kernels.Settings`.
     is_reset: between two tasks it forgets its last command.
     disengage_threshold: default of `angular_disengage_threshold`, rad.

@@ -14,10 +14,10 @@ from drake_navbench.plugins.releases import Release
 class Rules(NamedTuple):
     """The behaviour of the controller in one release; kernels read it, too.
 
-    cuts_plan: takes the whole plan, cuts it itself, and has the carrot at a straight distance from
-        the robot, on the circle about it; near the plan's end it turns by that carrot's distance.
-    takes_first_of_equals: among equally close poses; else the last one.
-    keeps_two_poses: never begins with the last pose in reach.
+    cuts_plan: takes the whole plan and cuts it itself. The carrot lies at a straight distance from
+        the robot; the distance to it decides whether the robot turns to the goal's heading.
+    takes_first_of_equals: takes the first of equally close poses; else the last one.
+    keeps_two_poses: the cut plan never begins with the last pose in reach.
     steers_by_carrot: the fixed curvature lookahead slows down only; the carrot steers.
     heeds_turns_in_place: poses in one place with other headings are a cusp.
     turns_or_reverses: reverses only where it does not turn in place.

@@ -1,4 +1,4 @@
-"""The parameters that both TEBs read in the same sense, under teb_local_planner's names."""
+"""The parameters that have the same meaning in both TEBs, under teb_local_planner's names."""
 
 from __future__ import annotations
 

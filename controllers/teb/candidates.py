@@ -53,7 +53,7 @@ class Candidate(NamedTuple):
 
     @property
     def is_cold(self) -> bool:
-        """Whether it is a guess that has not been optimised before."""
+        """Whether the candidate is a guess that was never optimised."""
         is_new = self.predecessor is None or self.predecessor.is_queued
         return is_new and not self.is_driven
 

@@ -1,7 +1,7 @@
 """Newton's method for guesses that it does not converge from: a high barrier first.
 
-With the barrier at once where it is to end, a guess that breaks many limits lets the method run
-from one to the other for ever. A high barrier rounds the corners between them off, and its minimum
+If the method starts with the final barrier from a guess that breaks many limits, it can jump
+between these limits for ever. A high barrier rounds the corners between them off, and its minimum
 is a start for a lower one (Fiacco, McCormick 1968). Where no band obeys the limits the multipliers
 grow without bound, which shows before the last stage.
 """

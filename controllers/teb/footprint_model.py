@@ -94,8 +94,8 @@ class FootprintModel(ControllerParameters):
 def footprint_of_original(values: Mapping[str, Any]) -> dict[str, Any]:
     """Returns a given `footprint_model` as teb_local_planner reads it.
 
-    It has no from_footprint, which is a polygon of the same corners there, and wants those of a
-    polygon in one text.
+    It has no type from_footprint: this becomes a polygon of the same corners. The corners of a
+    polygon become one text.
     """
     if values.get("type") == "from_footprint":
         return {"type": "polygon", "vertices": ROBOT_OUTLINE}

@@ -1,9 +1,9 @@
 """Newton's method on the barrier problem of a band, which is the one that IPOPT solves.
 
-Primal-dual, with slacks of the inequality rows and a barrier that stays where IPOPT's does in
+Primal-dual, with slacks of the inequality rows and a constant barrier, the one that IPOPT has in
 program.py (Wächter, Biegler 2006). The arc conditions enter the Newton system by multipliers and a
-stiff quadratic term, so that it is a positive definite band matrix wherever the reduced
-second derivatives are positive, and Cholesky's method tells where they are not.
+stiff quadratic term, so that it is a positive definite band matrix wherever the reduced second
+derivatives are positive, and Cholesky's method tells where they are not.
 """
 
 from __future__ import annotations
@@ -68,8 +68,7 @@ class DescentSettings(NamedTuple):
 
     barrier: the barrier parameter, constant. iterations: the most allowed. error_tolerance:
     tolerance of the slopes of the Lagrangian. violation_tolerance: largest violation of rows and
-    slacks. The method stops after `review` iterations where the slopes are above `hopeless_error`
-    then.
+    slacks. The method stops after `review` iterations if a slope is then above `hopeless_error`.
     """
 
     barrier: float = 1e-3

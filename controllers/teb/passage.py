@@ -49,7 +49,7 @@ def plan_passage(
 
     `Passage` holds these poses and the share of min_obstacle_dist that each of them keeps. A pose
     offers the clearance of the robot's discs there, or at the best pose beside it. On the way to a
-    goal that is closer to an obstacle, it offers no more than the goal's clearance plus the
+    goal that is closer to an obstacle, a pose offers no more than the goal's clearance plus the
     distance to the goal. A band keeps half a cell less than offered, the room that it needs to
     bend, but at least what the check of the outline asks for. Where the plan is blocked, bands look
     for other ways, whose clearance is not known: the passage is WIDE.

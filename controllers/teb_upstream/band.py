@@ -68,8 +68,8 @@ def step_time(start, end, max_speed, max_turn_rate):
 def put(poses, i, pose):
     """Writes a pose (3,) into row i, a number at a time.
 
-    An array that is assigned to a row or a slice makes numba compile its strings, for the message
-    of an error: seconds.
+    For an array that is assigned to a row or a slice numba would also compile its error message,
+    for seconds.
     """
     for axis in range(3):
         poses[i, axis] = pose[axis]
@@ -158,7 +158,7 @@ def band_from_points(points, start_yaw, goal_yaw, backwards, fewest, max_speed, 
 def warm_start(poses, steps, start, goal, fewest):
     """Returns (poses, time steps) of the old band without its passed poses, ends moved.
 
-    The first time step survives as it is, unlike those of the dropped poses: the original's.
+    As in the original, the first time step stays that of the old band, whatever poses are dropped.
     """
     passed = 0
     nearest = math.hypot(start[0] - poses[0, 0], start[1] - poses[0, 1])

@@ -1,4 +1,4 @@
-"""Which bands a cycle optimises: those of the last one, the plan's, and ways past obstacles.
+"""The bands that a cycle optimises: the last cycle's, the plan's, and ways past obstacles.
 
 The bookkeeping of teb_local_planner's HomotopyClassPlanner (ros2-master): one band of each class,
 the best one first.

@@ -51,10 +51,10 @@ class TebUpstreamMemory(NamedTuple):
 
     last_command: (2,) v m/s, w rad/s, or with cmd_angle_instead_rotvel the steering angle, rad, in
     place of w, as the original has it; zero after a failure. history: (K, 2) past commands over
-    their limits, oldest first. oscillated_s: when an oscillation was last seen; before, when the
-    controller was configured: no side is preferred so soon after that. preferred_turn: 1 left, -1
-    right, 0 neither. plan_id: id of the last cycle's plan. plan_begin: index of its
-    first pose that is not dropped.
+    their limits, oldest first. oscillated_s: when an oscillation was last seen, at first the time
+    of configuration, 0, soon after which no side is preferred either. preferred_turn: 1 left, -1
+    right, 0 neither. plan_id: id of the last cycle's plan. plan_begin: index of its first pose that
+    is not dropped.
     """
 
     planner: PlannerState

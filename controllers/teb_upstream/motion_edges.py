@@ -1,6 +1,6 @@
 """Edges of a band's motion: speeds, the arc condition, accelerations, time, length.
 
-`terms` are the parameters, as a record; `around` is what the band meets, see `penalties`.
+`terms` are the parameters, as a record; `around` are the surroundings of the band, see `penalties`.
 """
 
 from __future__ import annotations
@@ -175,7 +175,8 @@ def _add_turning_radius(column, dx, dy, distance, turn, terms, system, row):
 def add_accelerations(steps, count, terms, around, system):
     """Edges of accelerations: at the start, between intervals, at the goal.
 
-    The first and last one divide by the whole step, those between by half of two: the original's.
+    As in the original, the first and the last acceleration divide by one whole time step, the
+    others by half the sum of two.
     """
     with_slopes, costs, motion = system.with_slopes, system.costs, system.motion
     row = np.zeros(11)

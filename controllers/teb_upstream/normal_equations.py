@@ -41,8 +41,8 @@ class System(NamedTuple):
 def excess_outside(value, lower, upper, margin):
     """Returns (signed excess over an interval that is narrowed by a margin, side).
 
-    The side is that of the nearer limit: -1 or 1, by which a slope of the value is one of the
-    excess. Below 0 the value is inside.
+    A negative excess means that the value is inside. The side is -1 at the lower limit and 1 at the
+    upper: a slope of the value times the side is the slope of the excess.
     """
     if value < max(0.5 * (lower + upper), lower + margin):
         return lower + margin - value, -1.0

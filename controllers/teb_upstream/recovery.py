@@ -1,4 +1,4 @@
-"""Oscillation: a robot that turns to and fro on the spot has to keep to one side.
+"""Oscillation: a robot that turns to and fro on the spot must then turn to one side only.
 
 teb_local_planner's FailureDetector and configureBackupModes (ros2-master); its shorter horizon
 after failures is left out, because a comparison of two kinds of index never lets it begin.

@@ -63,8 +63,8 @@ class VectorPursuit:
     """Black Coffee Robotics' Vector Pursuit for Nav2, number for number.
 
     Wit, Crane, Armstrong: Autonomous Ground Vehicle Path Tracking (2004).
-    The original is made for Humble, Jazzy and Kilted. For Lyrical it is that of Humble, but on what
-    Nav2's path handler leaves of the plan. Its last command outlives the task, and the next one
+    The original exists for Humble, Jazzy and Kilted. In Lyrical the port drives by Humble's version
+    on the plan that Nav2's path handler cuts. Its last command outlives the task, and the next one
     starts from it.
     """
 
@@ -110,7 +110,8 @@ class VectorPursuit:
         Raises InvalidPath for a plan without poses, or of one pose where a heading is taken from
         its segments; CollisionAhead where the command collides; NoValidControl where the robot's
         centre is off the costmap while tracking, or the turn rate is without bound. From Iron to
-        Kilted all of these are ControllerError: the server knows none of the original's.
+        Kilted all of these are a plain ControllerError, since the server does not know the
+        original's types.
         """
         try:
             return self._step(observation, memory)

@@ -17,7 +17,7 @@ class Rules(NamedTuple):
     """The behaviour of the controller in one release.
 
     cuts_plan: takes the whole plan, and cuts it at a circle.
-    takes_first_of_equals: among equally close poses; else the last one.
+    takes_first_of_equals: takes the first of equally close poses; else the last one.
     is_mirrored: the screw's angle counts to either side alike; else from 0 to 2 pi.
     is_patient: the server's patience applies to all of its errors; else each ends the task.
     """

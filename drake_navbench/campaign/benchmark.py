@@ -135,7 +135,7 @@ def running_stacks(campaign: Campaign) -> list[str]:
 def worker_count(campaign: Campaign, given: int | None) -> int:
     """Returns the number of workers: one where a running stack drives, one trial at a time.
 
-    Raises InputError where more were asked for, or none.
+    Raises InputError for less than one worker, and for more than one with a running stack.
     """
     if given is not None:
         require_workers(given)

@@ -31,10 +31,10 @@ DEFAULT_TRIALS = 4
 class Campaign:
     """Every trial of a benchmark, in the order of its table, all input checked.
 
-    nav2: the setups of the whole Nav2 files, if any. model: the check of each part of the robot's
-    model, if the robot is given by a model alone. sweep: {} without a sweep; else it holds, under
-    `scenarios` and `controllers` and by the name of each variant, the name `of` the original and
-    the swept `values` by field.
+    nav2: the setups of the whole Nav2 files, if any. model: the check of the robot's model (URDF,
+    SDF), if there is no robot file. sweep: {} without a sweep; else {"scenarios": ...,
+    "controllers": ...}, each by the name of a variant: {"of": name of the original, "values": swept
+    value by field}.
     """
 
     specs: tuple[TrialSpec, ...]

@@ -90,8 +90,8 @@ def drive_on_cluster(
     """Drives specs on a cluster; yields how each trial ended, as chunks end.
 
     Chunks that are still running when the iterator is closed are cancelled. on_refused_worker: is
-    called for each worker with other software, which gets no more work. Raises NavbenchError where
-    no worker with the right software is left.
+    called for each worker with other versions of the software; it gets no more work. Raises
+    NavbenchError where no worker with the right software is left.
     """
     from distributed import as_completed
 

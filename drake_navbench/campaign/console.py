@@ -21,8 +21,9 @@ from rich.progress import (
 from rich.progress import Progress as RichProgress
 from rich.text import Text
 
+from drake_navbench.analysis.numbers import counted
 from drake_navbench.campaign.driving import Progress
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 
 # The width for a file or a pipe, unless COLUMNS gives one.
 PIPE_WIDTH = 160
@@ -157,7 +158,5 @@ def _line_of(group: pd.DataFrame) -> str:
     where = ", ".join(scenarios[:MAX_SCENARIOS])
     if len(scenarios) > MAX_SCENARIOS:
         where += f" and {len(scenarios) - MAX_SCENARIOS} more"
-    count = f"{len(group)} trial{'s' if len(group) > 1 else ''}"
-    return (
-        f"{first.controller}, {count} {first.outcome.replace('_', ' ')} in {where}: {first.reason}"
-    )
+    count, outcome = counted(len(group), "trial"), first.outcome.replace("_", " ")
+    return f"{first.controller}, {count} {outcome} in {where}: {first.reason}"

@@ -16,7 +16,8 @@ from drake_navbench.campaign.cluster_connection import ClusterPlace, connected
 from drake_navbench.campaign.trial_tasks import TRIALS_PER_WORKER, Row, table_row, trial_task
 from drake_navbench.campaign.warm_up import Compiling, start_worker_server
 from drake_navbench.errors import EndedFromOutside, InputError
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.processes.fingerprint import Fingerprint
 from drake_navbench.processes.tasks import Died, Ending
@@ -80,10 +81,10 @@ def run_campaign(
     killed a second time, that code is blamed, and the outcome is `error`. Ctrl-C stops the workers
     and keeps the finished logs; a resumed run drives the other trials. compiling: compiles kernels
     beside trials that do not need them; the first column's come first. on_refused_log: is called
-    for every log that is not that of its trial, which is then driven again. cluster: where to drive
-    in place of `jobs` workers here. on_refused_worker: is called for every worker of the cluster
-    with other software. Raises CannotBeWritten where a log cannot be kept: driving on would be
-    useless.
+    for every log in a trial's place that is not this trial's; the trial is then driven again.
+    cluster: where to drive in place of `jobs` workers here. on_refused_worker: is called for every
+    worker of the cluster with other versions of the software. Raises CannotBeWritten where a log
+    cannot be kept: driving on would be useless.
     """
     rows = _read_back(campaign, folder, on_refused_log)
     undriven: list[Undriven] = []

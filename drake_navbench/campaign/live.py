@@ -24,9 +24,10 @@ from drake_navbench.campaign.live_server import LiveServer
 from drake_navbench.campaign.manifest import begin
 from drake_navbench.campaign.request import Request
 from drake_navbench.errors import printable
-from drake_navbench.logs.log import LIVE_CHANGES, Outcome, TrialLog
+from drake_navbench.logs.log import LIVE_CHANGES, TrialLog
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.results import ResultsFolder, only_run_in, require_writable
-from drake_navbench.trial.diagram import Looks
+from drake_navbench.trial.diagram import Observers
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import simulate
 from drake_navbench.typed_files.output_file import write_whole
@@ -133,7 +134,7 @@ class LivePage:
         # The controller's diagnostics are a layer of the scene, too; computing them does not change
         # the motion.
         watched = replace(spec, wants_diagnostics=True)
-        return simulate(watched, Looks(self._scene(spec, has_controls=False).show))
+        return simulate(watched, Observers(self._scene(spec, has_controls=False).show))
 
     def drive_with_controls(self, spec: TrialSpec, options: LiveOptions) -> TrialLog:
         """Drives a trial with buttons and sliders on the page, again after each restart.
@@ -155,7 +156,7 @@ class LivePage:
                 scene = self._scene(spec, has_controls=True)
                 controls.begin()
                 try:
-                    log = simulate(spec, controls.looks(scene.show))
+                    log = simulate(spec, controls.observers(scene.show))
                 except Restart:
                     continue
                 return with_changes(log, controls.changes)

@@ -19,7 +19,7 @@ from drake_navbench.errors import InputError
 from drake_navbench.explanation import ControlCycle
 from drake_navbench.logs.moment import Moment
 from drake_navbench.trial.column_controller import built_controller
-from drake_navbench.trial.diagram import Looks
+from drake_navbench.trial.diagram import Observers
 from drake_navbench.trial.spec import TrialSpec
 
 PAUSE, RESTART, RESET = "pause / go on", "restart", "parameters as in the file"
@@ -107,14 +107,14 @@ class LiveControls:
         self._diagnostics: dict[str, object] = {}
         self.wait_for_browser("")
 
-    def looks(self, show: Callable[[Moment], None]) -> Looks:
-        """Returns the looks of a drive; show: draws a moment."""
+    def observers(self, show: Callable[[Moment], None]) -> Observers:
+        """Returns the observers of a drive; show: function that draws a moment."""
 
         def watch(moment: Moment) -> None:
             show(moment._replace(diagnostics=self._for_drawing(moment.time_s)))
             self._pace(moment.time_s)
 
-        return Looks(watch, on_cycle=self._on_cycle, takes_over=self._takes_over)
+        return Observers(watch, on_cycle=self._on_cycle, takes_over=self._takes_over)
 
     def _on_cycle(self, cycle: ControlCycle) -> None:
         self._cycle = cycle

@@ -53,7 +53,7 @@ class Change(NamedTuple):
 def sliders_of(preset: Preset) -> tuple[Slider, ...]:
     """Returns a slider for each entry of SLIDERS that the column has as a parameter.
 
-    A range that leaves the present value out is widened to it. A critic that the column does not
+    A range without the present value is widened to contain it. A critic that the column does not
     use has no slider.
     """
     parameters = preset.parameters

@@ -1,4 +1,4 @@
-"""Serves one page to browsers on this machine, and tells them when there is another."""
+"""Serves one page to browsers on this machine; they load it anew when it is replaced."""
 
 from __future__ import annotations
 

@@ -15,19 +15,20 @@ from drake_navbench.campaign.manifest import begin
 from drake_navbench.errors import printable
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.results import ResultsFolder, only_run_in, require_writable
 from drake_navbench.trial.trial import simulate
 
 COLUMN = "live"
 # Facts of the log that are printed: key, and a text for the value.
 TOLD = (
-    ("command_count", "{} commands came"),
+    ("command_count", "{} commands received"),
     ("clock_late_p99_ms", "99 of 100 steps of /clock were at most {} ms late"),
     ("clock_stall_count", "{} stalls of the clock"),
-    ("missed_command_count", "{} times no command came in its time"),
+    ("missed_command_count", "{} times no command came in time"),
     ("restart_count", "the stack was started anew {} times"),
-    ("lost_message_count", "{} messages were not taken by a listener that had stopped"),
+    ("lost_message_count", "{} messages lost, as a listener had stopped reading"),
 )
 
 

@@ -51,7 +51,7 @@ def begin(folder: ResultsFolder, campaign: Campaign, request: Request | None, jo
 
 
 def complete(folder: ResultsFolder, campaign: Campaign, jobs: int) -> None:
-    """Writes the files of a results folder that an interrupted run could not write.
+    """Writes the files about inputs that an interrupted run did not get to write.
 
     It also adds an entry on this machine and its number of workers to the manifest.
     """
@@ -108,7 +108,7 @@ def add_cluster(folder: ResultsFolder, machines: Sequence[tuple[Fingerprint, int
         return ""
     return (
         f"driven on {len(kinds)} kinds of processors, which may round differently: "
-        f"{', '.join(kinds.values())}; manifest.json tells"
+        f"{', '.join(kinds.values())}; manifest.json lists them"
     )
 
 

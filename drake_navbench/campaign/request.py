@@ -84,12 +84,12 @@ class Request(FrozenModel):
     nav2_files: whole Nav2 files, merged, which give columns and the robot. against: more whole
     files, whose columns drive with their own settings. names: names of the columns, by file.
     substitutions: values for placeholders in these files. nav2_release: the release that Nav2 files
-    are written for; None: their own marks tell it. packages: folders in which packages are searched
-    that a robot's model or a world names. original: the build of Nav2 whose originals drive beside
-    the columns. sweeps: axes from `parse_axis`. samples: number of points of a Latin hypercube over
-    the axes, None for their grid. keeps_costmaps: whether the logs hold the local costmaps.
-    metrics: functions in files, 'my.py:name'. columns: the metrics that the terminal shows; () for
-    the default.
+    are written for; None: their own marks tell it. packages: folders in which ROS packages that a
+    robot's model or a world names are searched. original: the build of Nav2 whose originals drive
+    beside the columns. sweeps: axes from `parse_axis`. samples: number of points of a Latin
+    hypercube over the axes, None for their grid. keeps_costmaps: whether the logs hold the local
+    costmaps. metrics: functions in files, 'my.py:name'. columns: the metrics that the terminal
+    shows; () for the default.
     """
 
     scenarios: tuple[str, ...]
@@ -118,7 +118,7 @@ class Request(FrozenModel):
     def nav2_columns(self) -> tuple[FileColumns, ...]:
         """Returns the columns of each whole Nav2 file, () without a file; raises InputError.
 
-        A file of whose controllers none exists here has no columns.
+        A file has no columns if none of its controllers exists here.
         """
         if not self.nav2_files:
             if self.against:

@@ -239,7 +239,7 @@ def file_lines(request: Request, nav2: Sequence[FileColumns]) -> list[str]:
         )
     for columns in nav2:
         name = f"Nav2 file {columns.name}" if len(nav2) > 1 else "Nav2 file"
-        told.append(f"{name}: {columns.setup.check.summary()} (--check tells all)")
+        told.append(f"{name}: {columns.setup.check.summary()} (--check lists all parameters)")
         told += [f"  replaced: {row.text}" for row in columns.setup.check.stand_ins]
     told += [line for path in request.parameter_files if (line := _not_taken(Path(path)))]
     return [printable(line) for line in told]

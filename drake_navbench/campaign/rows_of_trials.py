@@ -29,7 +29,7 @@ Row = dict[str, Any]
 def planned_pairs(
     baseline: Preset, scenarios: Sequence[str | Scenario], robot: str, count: int, seed: int
 ) -> list[TrialSpec]:
-    """Returns `count` trials of the baseline, one scenario after the other in turn.
+    """Returns `count` trials of the baseline that go through the scenarios in turn.
 
     So a configuration meets every scenario early. Raises InputError.
     """

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
+from drake_navbench.analysis.numbers import counted
 from drake_navbench.analysis.totals import scenarios_in_totals
 from drake_navbench.campaign.benchmark import running_stacks, worker_count
 from drake_navbench.campaign.campaign import Campaign
@@ -52,7 +53,7 @@ from drake_navbench.campaign.warm_up import (
 )
 from drake_navbench.errors import InputError, printable
 from drake_navbench.inputs.presets import resolved_parameters
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.results import ResultsFolder, only_run_in, require_writable
 from drake_navbench.nav2.whole_files import FileColumns
 from drake_navbench.processes import cache_folder, instruction_set
@@ -207,7 +208,7 @@ def _run(
         parameters_of=resolved_parameters,
     )
     driven_s = float(trials["simulated_time_s"].sum())
-    count = f"{len(trials)} trial{'s' if len(trials) > 1 else ''}"
+    count = counted(len(trials), "trial")
     console.print(
         f"{count}, {driven_s:.0f} s of driving, in {time.perf_counter() - began_s:.0f} s, "
         f"of which the trials took {wall_s:.0f} s."

@@ -39,11 +39,11 @@ def lines_on_inputs(request: Request, campaign: Campaign) -> Iterator[str]:
             yield f"{preset.source}: drives by the rules of Nav2 {preset.read_as}"
         if preset.ignored:
             ignored = ", ".join(preset.ignored)
-            yield f"{preset.source}: has no use here and is ignored: {ignored}"
+            yield f"{preset.source}: parameters without effect here, ignored: {ignored}"
     columns = {spec.preset.name: (spec.preset, spec.robot) for spec in campaign.specs}
     yield from lines_of(columns.values())
     if campaign.model is not None:
-        yield f"Robot's model: {campaign.model.summary()} (--check tells all)"
+        yield f"Robot's model: {campaign.model.summary()} (--check lists all parts)"
 
 
 def print_tables(

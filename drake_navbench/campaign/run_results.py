@@ -27,7 +27,7 @@ class Results:
     """The trials of a benchmark.
 
     trials: one row a trial: outcome, reason and the metrics. path: the results folder; a temporary
-    one goes with this object.
+    one is deleted with this object.
     """
 
     def __init__(

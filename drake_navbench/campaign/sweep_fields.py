@@ -1,4 +1,4 @@
-"""Fields that a sweep can change: the owner of each, and those that a misspelt name may mean."""
+"""Finds the owner of a swept field: a column, the robot or the scenario; suggests likely names."""
 
 from __future__ import annotations
 

@@ -48,8 +48,9 @@ def start_worker_server() -> None:
 class Cold:
     """Trials with parts that are not compiled yet.
 
-    columns: one trial for each controller whose kernels are missing. worlds: one trial for each
-    other missing part, such as people. names: names of the missing parts, for messages.
+    columns: one trial for each controller whose kernels are not compiled. worlds: one trial for
+    each other part whose kernels are not, such as people. names: names of these parts, for
+    messages.
     """
 
     columns: tuple[TrialSpec, ...]

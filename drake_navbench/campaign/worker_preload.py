@@ -1,4 +1,4 @@
-"""Imports everything that trials, metrics and the report need when imported.
+"""Imports, as a side effect, all modules that trials, metrics and the report need.
 
 multiprocessing's fork server imports this module once and forks every worker from itself, so that
 no worker spends time on imports. Nothing else should import it.

@@ -103,7 +103,8 @@ class Options:
     """Adds options to a parser or a group of it, each written as its usage line shows it.
 
     `--all` is a flag; `--out DIR` takes a value, `--start X Y YAW` three, and `--metric FILE ...`
-    may be given several times, [] where it is not. A name without dashes is a positional argument.
+    may be given several times; its value is [] if it is not given. A name without dashes is a
+    positional argument.
     """
 
     def __init__(self, container: argparse._ActionsContainer) -> None:
@@ -141,7 +142,7 @@ class Options:
 
 
 def print_text(text: str, file: Any = None) -> None:
-    """Writes a text to stdout or another file at once; a reader that is gone is no error."""
+    """Writes and flushes a text to stdout or another file; a closed pipe (`| head`) is no error."""
     file = file or sys.stdout
     try:
         print(text, end="", file=file, flush=True)

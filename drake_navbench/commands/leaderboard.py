@@ -54,12 +54,12 @@ def build_parser() -> argparse.ArgumentParser:
     enter = "check a results folder and record its suite in it"
     option = Options(steps.add_parser("enter", help=enter))
     option("results", "results folders", Path, nargs="+", metavar="RESULTS")
-    option("--suite FILE", "the suite", Path, required=True)
+    option("--suite FILE", "suite file", Path, required=True)
 
     build = "draw the replays and write the page of all entries"
     option = Options(steps.add_parser("build", help=build))
     option("results", "results folders that were entered", Path, nargs="+", metavar="RESULTS")
-    option("--suite FILE", "the suite", Path, required=True)
+    option("--suite FILE", "suite file", Path, required=True)
     option("--out DIR", "new folder for the page", Path, required=True)
     return parser
 

@@ -62,7 +62,7 @@ def usage() -> str:
 
 
 def versions() -> str:
-    """Returns the line of --version: ours, and what the motion depends on."""
+    """Returns the line of --version: our version, and those that the motion depends on."""
     from importlib.metadata import version
     from platform import python_version
 

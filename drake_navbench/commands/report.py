@@ -48,6 +48,7 @@ def build_parser() -> argparse.ArgumentParser:
 def _report(arguments: argparse.Namespace) -> None:
     from drake_navbench.analysis.figures.choice import FigureChoice
     from drake_navbench.analysis.metrics.registry import use_metric_files
+    from drake_navbench.analysis.numbers import counted
     from drake_navbench.analysis.report import build_report
 
     use_metric_files(arguments.metric)
@@ -60,7 +61,7 @@ def _report(arguments: argparse.Namespace) -> None:
     )
     for entry in result.left_out:
         print(as_line(f"left out: {entry.path}: {entry.reason}"), file=sys.stderr)
-    print(f"{result.path}: {result.trial_count} trial{'s' if result.trial_count > 1 else ''}")
+    print(f"{result.path}: {counted(result.trial_count, 'trial')}")
 
 
 def _parameters_of_preset(name: str) -> dict[str, Any]:

@@ -96,7 +96,7 @@ def add_what_drives(parser: argparse.ArgumentParser, *, has_defaults: bool = Tru
     )
     option(
         "--pick KIND=N ...",
-        "use another robot, nav2, map or world of the list that --package prints, or none",
+        "use number N, or none, of the list that --package prints; KIND: robot, nav2, map, world",
     )
     option(
         "--packages DIR ...",
@@ -139,7 +139,7 @@ def add_where(parser: argparse.ArgumentParser, *, has_defaults: bool = True) -> 
     option(
         "--map FILE",
         "map to navigate on, in the format of Nav2's map server or MovingAI, with --start and "
-        "--goal or with --goals; beside a Gazebo world: what the robot knows of it",
+        "--goal or with --goals; beside a Gazebo world: the map of it that the robot has",
         Path,
         action=_Once,
     )
@@ -162,8 +162,7 @@ def add_nav2_files(parser: argparse.ArgumentParser, *, checks: bool = True) -> N
     option = Options(parser.add_argument_group("parameter files and Nav2"))
     option(
         "--params FILE ...",
-        "controllers from a file: a preset file, or a Nav2 parameter file, of which the "
-        "controllers alone become columns",
+        "preset file, or Nav2 parameter file of which only the controllers are used",
         Path,
     )
     option(
@@ -180,8 +179,8 @@ def add_nav2_files(parser: argparse.ArgumentParser, *, checks: bool = True) -> N
     )
     option(
         "--name ALIAS=FILE ...",
-        "name that begins the columns of a Nav2 file, where there are several (the part in which "
-        "the files' paths differ)",
+        "alias that begins the names of a Nav2 file's columns if there are several files (the "
+        "part in which their paths differ)",
     )
     option(
         "--set NAME=VALUE ...",

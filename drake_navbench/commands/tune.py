@@ -80,7 +80,8 @@ def _add_subject(parser: argparse.ArgumentParser) -> None:
     option("--scenarios LIST", "scenarios to search in", listed_names, ())
     option(
         "--map FILE",
-        "with --nav2: map to search on, with --goals; --fresh other tasks are held out",
+        "map to search on, with --nav2 and --goals; as many other tasks as --fresh says are "
+        "held out",
         Path,
     )
     option("--goals N", "number of tasks to draw on the map", positive_number, 0)

@@ -1,4 +1,4 @@
-"""The type of arrays of numbers, which most modules name."""
+"""`Array`: the type of the arrays of float64 that most functions take and return."""
 
 from __future__ import annotations
 

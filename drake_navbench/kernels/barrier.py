@@ -1,6 +1,6 @@
 """The logarithmic barrier of an interior-point method: its terms, and the longest step allowed.
 
-Primal-dual, with a barrier parameter that stays (Wächter, Biegler 2006). Quantities lie strictly
+Primal-dual, with a constant barrier parameter (Wächter, Biegler 2006). Quantities lie strictly
 between bounds (N,) that may be infinite; `low` and `high` are the bounds' multipliers.
 """
 
@@ -16,7 +16,7 @@ TO_BOUND_RATIO = 0.99
 
 @njit(cache=True, error_model="numpy")
 def barrier_terms(quantities, lower, upper, low, high, barrier, stiffness, push):
-    """Fills the barrier's second derivatives, by its multipliers, and its first derivatives."""
+    """Writes the barrier's second derivatives, by the multipliers, and its first ones (`push`)."""
     for i in range(quantities.shape[0]):
         stiffness[i] = push[i] = 0.0
         if lower[i] > -math.inf:
@@ -43,9 +43,11 @@ def share_to_bounds(quantities, steps, lower, upper):
 
 @njit(cache=True, error_model="numpy")
 def next_multiplier(multiplier, room, step, moved, barrier, spread):
-    """Returns a bound's multiplier after its room has changed by `moved` times `step`.
+    """Returns a bound's multiplier after a step.
 
-    It stays within a factor `spread` of the barrier's own, as by IPOPT's kappa_sigma.
+    room: distance to the bound before the step. step: the change of the room in a whole step.
+    moved: the share of the step that was taken. The result is within a factor `spread` of barrier /
+    new room, as IPOPT's kappa_sigma demands.
     """
     change = (barrier - multiplier * step) / room - multiplier
     if change < 0.0:

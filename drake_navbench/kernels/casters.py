@@ -40,13 +40,13 @@ def caster_rates(v, w, x, y, angle, trail):
 
 @njit(cache=True)
 def dry(rate, slack):
-    """Returns the share, -1 to 1, of Coulomb friction that acts at a rate."""
+    """Returns the share, -1 to 1, of Coulomb friction that acts at a rate; linear up to `slack`."""
     return min(max(rate / slack, -1.0), 1.0)
 
 
 @njit(cache=True)
 def followed(wanted, value, time_constant, max_rate, step):
-    """Returns a value one step nearer to `wanted`: of first order, its rate limited."""
+    """Returns a value after one step of a first-order response to `wanted` with a limited rate."""
     rate = min(max((wanted - value) / time_constant, -max_rate), max_rate)
     return value + step * rate
 

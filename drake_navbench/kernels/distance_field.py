@@ -104,9 +104,9 @@ def _bounds(is_member):
 def signed_distances(costs, lethal_cost, resolution):
     """Returns (rows, columns) m: signed Euclidean distance of cell centres to lethal cells.
 
-    Half a cell is taken off either side, so that the zero line is the edge of the lethal cells
-    where it faces along an axis, and the centre distance over-reports nothing. Without a lethal
-    cell every distance is the diagonal of the map.
+    Half a cell is taken off either side, so that the distance is 0 on edges of lethal cells that
+    face along an axis, and never too large. Without a lethal cell every distance is the diagonal of
+    the map.
     """
     rows, columns = costs.shape
     far_squared = float(rows * rows + columns * columns)
@@ -168,7 +168,7 @@ def sample_distance(field, x, y):
 
     Exact on straight walls, with slopes that do not jump, as those of bilinear interpolation do
     at every line between cell centres. Beyond the border the outermost cells repeat: a slope that
-    broke off there would keep Newton's method from ever coming to rest.
+    ended there would keep Newton's method from converging.
     """
     distances = field.distances
     rows, columns = distances.shape

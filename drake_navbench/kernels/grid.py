@@ -95,7 +95,7 @@ class Costmap:
 
     @property
     def nav2_size_m(self) -> tuple[float, float]:
-        """Extents along x and y as Nav2 tells them: half a cell short, m."""
+        """Extents along x and y as Nav2's getSizeInMeters gives them: half a cell short, m."""
         rows, columns = self.costs.shape
         return (columns - 1 + 0.5) * self.resolution, (rows - 1 + 0.5) * self.resolution
 

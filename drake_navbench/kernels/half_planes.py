@@ -2,8 +2,8 @@
 
 The linear programs of van den Berg, Guy, Lin, Manocha, "Reciprocal n-Body Collision Avoidance",
 2011, section 5: in two dimensions, by adding one half-plane after another (de Berg et al.,
-"Computational Geometry", chapter 4), and where they do not intersect, in three; the third is the
-violation of the soft ones.
+"Computational Geometry", chapter 4). If they do not intersect, the program has a third dimension,
+the violation of the soft half-planes.
 
 A half-plane is a row: x, y of a point on its edge, m/s, and the unit vector along the edge; allowed
 velocities are to its left.
@@ -33,8 +33,8 @@ def cross(ax, ay, bx, by):
 def allowed_velocity(planes, count, hard_count, top_speed, wished_x, wished_y):
     """Returns (x, y) m/s that is nearest to the wished velocity among those that are allowed.
 
-    planes: (N, 4), of which the first `count` hold. Where no velocity keeps to all of them, the
-    first `hard_count` are kept and the others broken by as little as can be.
+    planes: (N, 4), of which the first `count` are used. If no velocity obeys them all, the first
+    `hard_count` are obeyed, and the largest violation of the others is as small as possible.
     """
     kept, x, y = _nearest(planes, count, top_speed, wished_x, wished_y, IS_VELOCITY)
     if kept < count:

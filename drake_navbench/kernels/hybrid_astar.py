@@ -1,9 +1,8 @@
 """Hybrid-A*: a search over poses of a car, cell by cell and heading bin by heading bin.
 
-Of the poses that come to lie in a state the cheapest is kept; now and then the shortest curve to
-the goal is tried (`hybrid_expansion`). Costs are float32, and ties are broken as inside Nav2, so
-that the path is the same. Nothing here reads a clock: a time limit enters as a number of
-expansions.
+A state keeps the cheapest pose that was found in it; now and then the shortest curve to the goal is
+tried (`hybrid_expansion`). Costs are float32, and ties are broken as inside Nav2, so that the path
+is the same. Nothing here reads a clock: a time limit enters as a number of expansions.
 Sources: D. Dolgov et al., "Path planning for autonomous vehicles in unknown semi-structured
 environments", 2010; nav2_smac_planner (AStarAlgorithm, NodeHybrid, AnalyticExpansion).
 """
@@ -56,8 +55,8 @@ class SearchRules(NamedTuple):
     """Parameters of Nav2 by their names, float32; the tolerance in cells.
 
     travel_distance_reward: 1 - retrospective_penalty. expansion_budget: the time limit, checked
-    every terminal_checking_interval expansions. coarse_search_resolution: every so many-th goal is
-    tried before the others.
+    every terminal_checking_interval expansions. coarse_search_resolution: every n-th goal is tried
+    before the others.
     """
 
     tolerance: np.float32
@@ -88,9 +87,10 @@ ENTRY = np.dtype(
 
 
 class Queue(NamedTuple):
-    """Open states; arrays have room for more. keys, order: a heap of entries, in `counts`.
+    """The open states; arrays are longer than they need to be.
 
-    entries: in the order in which they came. counts: (2,) entries in the heap, and in all.
+    keys, order: a heap of the entries' costs and indices. entries: all entries, in the order in
+    which they were added. counts: (2,) number of entries in the heap, and of all entries.
     """
 
     keys: NDArray[np.float32]
@@ -302,9 +302,10 @@ def _most_new_states(motions, expansion, goal_count):
 def search(body, motions, rules, expansion, heuristics, start, goal, slots):
     """Returns (status, path (N, 3) float32 in cells and rad, expansions).
 
-    heuristics: for this goal the ways round obstacles, and the car's on an empty floor; they learn.
-    start: (3,) float32, cells and bin. goal: its place, (2,) float32, and the headings that it may
-    have, (G,) int64 in Nav2's order. slots: (columns * rows * bins,) int32, all 0, written.
+    heuristics: for this goal, a point's ways round obstacles and a car's ways on an empty floor;
+    both are filled in as the search needs them. start: (3,) float32, cells and bin. goal: its
+    place, (2,) float32, and the headings that it may have, (G,) int64 in Nav2's order. slots:
+    (columns * rows * bins,) int32, all 0, written.
     """
     reached, ways = heuristics
     place, goal_bins = goal

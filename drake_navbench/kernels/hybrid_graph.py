@@ -1,7 +1,7 @@
 """The states of Hybrid-A*: one pose, cell by cell and bin by bin, and whether a robot fits there.
 
-A state is a cell and a heading bin; the first pose that comes to lie in it says whether it is free,
-and the cheapest way there which pose it keeps. Positions are in cells, headings in bins, float32.
+A state is a cell and a heading bin. The first pose found in it decides whether it is free; it keeps
+the pose of the cheapest way to it. Positions are in cells, headings in bins, float32.
 Source: nav2_smac_planner (NodeHybrid, GridCollisionChecker).
 """
 
@@ -27,10 +27,9 @@ class Body(NamedTuple):
     """The robot's body, as collisions are checked.
 
     grid: grid of uint8 costs. outlines: (B, K, 2) m, the footprint by heading bin; K = 0: the
-    centre's inflated cost decides. possible_cost: the least cost of a centre at which the outline
-    may touch something, a centre of less being free; 0 or less: no centre is free by its cost
-    alone.
-    allow_unknown: whether unknown cells are free.
+    centre's inflated cost decides. possible_cost: the least cost of the centre's cell at which the
+    outline may touch something; a robot on a cheaper cell is free. 0 or less: no cost alone makes a
+    pose free. allow_unknown: whether unknown cells are free.
     """
 
     grid: Grid
@@ -122,7 +121,7 @@ def index_of(x, y, heading, columns, bins):
 
 @njit(cache=True)
 def state_at(graph, index):
-    """Returns the state of an index, met now or before; NO_STATE off the map."""
+    """Returns the state of an index, a new one if it was not met before; NO_STATE off the map."""
     if not 0 <= index < graph.slots.size:
         return NO_STATE
     if graph.slots[index] == 0:
@@ -139,7 +138,7 @@ def set_pose(graph, number, x, y, heading):
 
 @njit(cache=True)
 def parent_of(graph, number):
-    """Returns the state that a state was come to from; NO_STATE for none."""
+    """Returns the state from which the search reached a state; NO_STATE for none."""
     return np.int64(graph.states[number].parent)
 
 

@@ -1,4 +1,4 @@
-"""The two heuristics of Hybrid-A*: a point's way round obstacles, and a car's way without any.
+"""The two heuristics of Hybrid-A*: a point's way round obstacles, a car's way without obstacles.
 
 Both are computed only as far as the search needs them. Distances are in cells, float32. Source:
 nav2_smac_planner (ObstacleHeuristic, DistanceHeuristic).
@@ -97,8 +97,8 @@ def _straight(cell, columns, to_column, to_row):
 def way_round(reached, column, row):
     """Returns the cost of a point's way from a cell to the goal; 0 where there is no way.
 
-    The search back from the goal goes on towards this cell until the cell is closed: with a
-    consistent heuristic a closed cell's value is final, for whichever cell it was computed.
+    The search back from the goal goes on until this cell is closed. With a consistent heuristic the
+    value of a closed cell is final, so the results of earlier calls stay valid.
     """
     columns = reached.costs.shape[1]
     if reached.is_coarse:
@@ -183,8 +183,8 @@ def _rounded(value):
 def free_way(ways, motions, column, row, heading, goal, way_round_cost):
     """Returns the length of a car's way from a cell and a bin to the goal (3,) float32.
 
-    Beyond the table the length is 0, except where the way round obstacles is not known: there Nav2
-    computes it with bins in place of angles, times the number of bins.
+    Beyond the table the length is 0, except if the way round obstacles is unknown: then it is
+    computed with headings of (bin times number of bins) in place of angles, as in Nav2.
     """
     cosine = F32(motions.cosines[int(goal[2])])
     sine = F32(-motions.sines[int(goal[2])])

@@ -1,7 +1,8 @@
 """The motions of Hybrid-A*: a car's moves from one cell to the next, tabulated by heading.
 
-Lengths are in cells, headings in bins. Every motion is a chord of one length, long enough to leave
-a cell, along an arc whose turn is a whole number of bins. Arithmetic is float32 where Nav2's is.
+Lengths are in cells, headings in bins. Every motion is straight or an arc that turns by a whole
+number of bins; all have chords of one length, long enough to leave a cell. Arithmetic is float32
+where Nav2's is.
 Source: nav2_smac_planner (HybridMotionTable::initDubin, initReedsShepp).
 """
 
@@ -45,7 +46,8 @@ class Motions(NamedTuple):
 def motions(radius: float, bins: int, *, reverses: bool, interpolates: bool) -> Motions:
     """Returns the motions of a car that turns on `radius` cells, at least sqrt(1/2).
 
-    interpolates: whether there are wider arcs beside the tightest one, to every bin between.
+    interpolates: whether there are also wider arcs, one for each bin between straight on and the
+    tightest arc.
     """
     radius32 = F32(radius)
     bin_size = F32(F32(2.0) * F32(math.pi)) / F32(bins)

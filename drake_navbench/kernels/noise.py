@@ -42,7 +42,7 @@ STEP_SHIFT = 32
 
 
 class NoiseKey(NamedTuple):
-    """Names one step's random numbers: equal keys give equal numbers, on any machine.
+    """The key of one step's random numbers: equal keys give equal numbers, on any machine.
 
     seed: below 2**64. stream, step: below 2**32, none negative.
     """

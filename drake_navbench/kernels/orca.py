@@ -2,10 +2,11 @@
 
 Van den Berg, Guy, Lin, Manocha, "Reciprocal n-Body Collision Avoidance", 2011. A person takes the
 velocity nearest to the preferred one within half-planes, one for each other person. A half-plane
-avoids collisions with the other for some time, if both do half of it. Walls and other standing
-things do nothing themselves. As in the authors' own library, the half-plane of an edge touches its
-velocity obstacle at the point nearest to the person's present velocity. Where the half-planes do
-not intersect, those of walls hold, and those of bodies are violated as little as possible.
+avoids collisions with the other person for some time, if each of them does half of the avoiding;
+from walls and other standing things a person keeps off alone. As in the authors' own library, the
+half-plane of an edge touches its velocity obstacle at the point nearest to the person's present
+velocity. Where the half-planes do not intersect, those of walls hold, and those of bodies are
+violated as little as possible.
 
 Edges are those of polygons, in the columns below, with the solid side to their left. Discs are
 (M, 5) x m, y m, vx m/s, vy m/s, radius m: bodies that do not give way. People are rows as in

@@ -39,7 +39,7 @@ def hit_points(
     range_min: float,
     range_max: float,
 ) -> Array:
-    """Returns (B, 2) m in the base frame: the hits of a scan that weigh, about max_beams of them.
+    """Returns (B, 2) m in the base frame: the hits of a scan that are used, about max_beams.
 
     ranges (N,) m, angles (N,) rad from the axis of a sensor that is mounted at (3,). Every n-th
     beam counts, n = (N - 1) // (max_beams - 1), if it is above range_min and below range_max.

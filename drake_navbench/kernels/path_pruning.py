@@ -74,7 +74,7 @@ def first_closest_pose(plan, begin, end, x, y):
 
 @njit(cache=True)
 def first_pose_off_grid(plan, begin, end, grid):
-    """Returns the index in begin..end of the first pose that is not on a `Grid`; end without."""
+    """Returns the index in begin..end of the first pose off a `Grid`; `end` if there is none."""
     rows, columns = grid.costs.shape
     for i in range(begin, end):
         column, _ = world_to_cell(

@@ -69,7 +69,7 @@ def with_headings(path: NDArray[np.float64], is_holonomic: bool) -> NDArray[np.f
 def copy_into(source, target):
     """Copies a path (N, 3) into another, a number at a time.
 
-    As a slice it would have numba compile its strings, for an error message.
+    For a slice numba would also compile its error message, for seconds.
     """
     for i in range(source.shape[0]):
         for axis in range(source.shape[1]):

@@ -1,4 +1,4 @@
-"""Which points lie inside a shape, and when a moving shape will hold some.
+"""The number of points inside a shape, and the time until a moving shape holds enough of them.
 
 Source: nav2_collision_monitor (Polygon, Circle, kinematics), branch lyrical.
 """
@@ -47,8 +47,7 @@ def _is_inside(x, y, vertices, radius):
 
 @njit(cache=True)
 def time_to_collision(points, vertices, radius, min_points, velocity, time_limit, time_step):
-    """Returns when a shape that moves with (v m/s, w rad/s, vy m/s) will hold `min_points` points,
-    s.
+    """Returns the time, s, until a shape with (v m/s, w rad/s, vy m/s) holds `min_points`.
 
     points, vertices, radius: as in `count_inside`, in the base frame now. 0 where it holds them
     already, NO_COLLISION where it never does up to `time_limit`. As in Nav2 the time is one step

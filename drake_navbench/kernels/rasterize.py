@@ -90,10 +90,10 @@ def apply_keepout(grid, mask, mask_from_grid, override_cost):
     """Raises, in place, the cells of a `Grid` to the keepout mask at their centres.
 
     mask: `Grid` of costs as from `mask_costs`. mask_from_grid: (3,) x m, y m, yaw rad: pose of the
-    grid's frame in the mask's. A cell is written where the mask exceeds it, or where it is
-    NO_INFORMATION; not where the mask is. override_cost: written in place of the mask's cost, -1
-    for none: Nav2's lethal_override_cost while the robot itself stands in the keepout.
-    (KeepoutFilter::process)
+    grid's frame in the mask's. A cell is written if the mask's cost is larger, or if the cell is
+    NO_INFORMATION; never where the mask is NO_INFORMATION. override_cost: written in place of the
+    mask's cost, -1 for none: Nav2's lethal_override_cost while the robot itself stands in the
+    keepout. (KeepoutFilter::process)
     """
     costs, resolution = grid.costs, grid.resolution
     mask_rows, mask_columns = mask.costs.shape

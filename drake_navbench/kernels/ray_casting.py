@@ -120,8 +120,8 @@ def burst_dropouts(
     """Returns (B,) which beams drop out, in bursts of neighbours, `share` of all in the mean.
 
     uniform: (B,) drawn evenly from 0 to 1, one a beam, counter-clockwise; the last beam's neighbour
-    is the first. A burst begins at a beam with the probability q for which a beam stays out of all
-    the bursts that may reach it, (1 - q)^burst_beams, with the probability 1 - share.
+    is the first. A burst begins at each beam with the probability q. It is chosen such that no
+    burst reaches a beam with the probability (1 - q)^burst_beams = 1 - share.
     """
     length = min(burst_beams, uniform.size)
     begins = uniform < 1.0 - (1.0 - share) ** (1.0 / length)

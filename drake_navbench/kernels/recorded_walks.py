@@ -1,8 +1,8 @@
-"""The states of recorded people at a time, in the same form as those of the models.
+"""The states of recorded people at a time, in the form of `kernels.walking`.
 
 A knot is a row: time s, x m, y m, yaw rad and walked way m. Between two knots of a person all of
 them are linear in time. The times of a person's knots rise. A knot at FAR_AWAY_M says that the
-person is away from the knot before it to the knot after it.
+person is absent between the knot before it and the knot after it.
 """
 
 from __future__ import annotations
@@ -45,10 +45,10 @@ def people_on_tracks(knots, firsts, time):
 
 
 def headings(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Returns (K,) the heading at each row (K, 3) of time s, x m, y m: the way round it, rad.
+    """Returns the heading (K,) rad at each row (K, 3) of time s, x m, y m.
 
-    A person who hardly moves keeps the last heading. Headings are not wrapped: no step turns by
-    more than pi.
+    It is the direction from the row before to the row after. A person who hardly moves keeps the
+    last heading. Headings are not wrapped: no step turns by more than pi.
     """
     before, after = np.vstack([rows[:1], rows[:-1]]), np.vstack([rows[1:], rows[-1:]])
     way = after - before

@@ -1,4 +1,4 @@
-"""Settings in a form that a kernel takes at no cost."""
+"""Settings in a form that a compiled kernel takes without unpacking."""
 
 from __future__ import annotations
 

@@ -1,9 +1,10 @@
-"""Voxels that are forgotten: each knows when it was last seen, and goes after a while.
+"""Voxels with the time at which each was last marked; they are removed after a while.
 
 A grid without edges: (V,) keys of the voxels that are marked, sorted, and (V,) when they were, s.
 Source: spatio_temporal_voxel_layer, branch ros2 (SpatioTemporalVoxelGrid, DepthCameraFrustum,
 ThreeDimensionalLidarFrustum), with its float32 voxel size and points. Quirks kept: a point of
-negative y is marked one voxel too low; with the exponential model nothing goes by time alone.
+negative y is marked one voxel too low; with the exponential model a voxel outside of all frustums
+is never removed.
 """
 
 from __future__ import annotations
@@ -101,7 +102,8 @@ def decayed(
 ) -> tuple[Voxels, Keys]:
     """Returns the voxels that are left, and the keys of those that are gone.
 
-    Within a frustum, the first of several, a voxel ages faster: its mark is put back.
+    Within a frustum a voxel ages faster: the time of its mark is moved back. Of several frustums
+    the first one that holds it counts.
     """
     age = now - voxels.times
     left = np.full(age.shape, voxel_decay)

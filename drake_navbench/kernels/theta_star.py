@@ -5,10 +5,10 @@ square of the scaled cost 26 + 0.9 cost, of the cell that it enters, over 252^2;
 takes the same for every cell that it crosses but the last. When a cell is expanded, its parent's
 parent becomes its parent where the line of sight is free and no dearer.
 
-Three habits of Nav2's are kept. A sum that falls while its cell waits in the heap does not move the
-cell, so that the heap's order depends on its history. The start waits in the heap while it is
-expanded for the first time. And the search gives up when the heap is empty, though the cell taken
-last was not looked at: along a passage one cell wide it fails, even if that cell is the goal.
+Three quirks of Nav2's are kept. A cell whose sum falls while it waits in the heap is not moved, so
+that the heap's order depends on its history. The start stays in the heap while it is expanded for
+the first time. And the search gives up as soon as the heap is empty, before it looks at the cell
+taken last: along a passage one cell wide it fails, even if that cell is the goal.
 
 Cells are named by row * columns + column. Source: nav2_theta_star_planner (ThetaStar), branch
 lyrical; earlier releases test lines of sight by another rule.

@@ -2,10 +2,11 @@
 
 A column is one uint32: of voxel z, bit 16 + z says that it is marked and bit z that it is marked or
 unknown, so that both set mean marked, the low one alone unknown, none free. At most MAX_VOXELS fit;
-levels above the grid's count stay unknown for ever, which the threshold of unknown voxels makes up
-for. Grids are (rows, columns), `[row = y, column = x]`; poses and points are in the grid's frame.
+levels above the grid's own stay unknown for ever, and the threshold of unknown voxels is raised by
+their number. Grids are (rows, columns), `[row = y, column = x]`; poses and points are in the grid's
+frame.
 
-Against the obstacle layer: rays end two cells before their point, run through voxels between ends
+Unlike in the obstacle layer, rays end two cells before their point, run through voxels between ends
 that are not rounded to cells, and start nowhere if the sensor is above or below the grid. A voxel
 that is cleared sets the cost of its column anew: free, or unknown where too many of its voxels are.
 The footprint frees costs only; the voxels under it stay.

@@ -87,7 +87,7 @@ def people_after(people, step):
 def put_velocities(people, velocities):
     """Writes velocities (P, 2) m/s into the rows of people (P, 8).
 
-    A number at a time: a slice would have numba compile its strings, for an error message.
+    One number at a time: for a slice numba would also compile its error message, for seconds.
     """
     for i in range(people.shape[0]):
         people[i, VX], people[i, VY] = velocities[i, 0], velocities[i, 1]

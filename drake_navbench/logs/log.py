@@ -11,7 +11,6 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from enum import StrEnum
 from html import escape
 from importlib import import_module
 from pathlib import Path
@@ -22,13 +21,14 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
-from pydantic import ConfigDict, Field
 
 from drake_navbench.errors import InputError, as_line, one_line, printable
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.scan import Scan
 from drake_navbench.logs.costmaps import costmap_columns, read_costmaps
+from drake_navbench.logs.header import METADATA_KEY, SCHEMA_VERSION, header_of
 from drake_navbench.logs.log_columns import COLUMNS, LATER_COLUMNS, OWN_COLUMNS, own_columns
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.people import LoggedPeople, people_columns, read_people
 from drake_navbench.logs.plans import (
     PLAN_COLUMNS,
@@ -39,60 +39,13 @@ from drake_navbench.logs.plans import (
     read_plans,
 )
 from drake_navbench.logs.scans import SCAN_LEAVES, read_scans, scan_columns
-from drake_navbench.typed_files.typed_yaml import FrozenModel, validate
 
-SCHEMA_VERSION = 2
 # The header's entry with the sliders moved during the trial, each with time, name and value.
 LIVE_CHANGES = "live_changes"
-METADATA_KEY = b"drake_navbench"
 # The most characters of a name or reason in the short form of a log.
 MAX_SHOWN = 80
 # The most bytes of a log, uncompressed; a trial of an hour takes a tenth of it.
 MAX_LOG_BYTES = 1_000_000_000
-
-
-class Outcome(StrEnum):
-    """The outcome of a trial."""
-
-    SUCCEEDED = "succeeded"
-    ABORTED = "aborted"
-    COLLIDED = "collided"
-    TIMED_OUT = "timed_out"
-    ERROR = "error"
-
-
-# The outcomes from the worst to the best.
-FROM_WORST = (
-    Outcome.ERROR,
-    Outcome.COLLIDED,
-    Outcome.TIMED_OUT,
-    Outcome.ABORTED,
-    Outcome.SUCCEEDED,
-)
-
-
-class _HeaderScenario(FrozenModel):
-    model_config = ConfigDict(extra="allow")
-
-    name: str
-    goal: tuple[float, float, float]
-
-
-class _Header(FrozenModel):
-    """The fields of a log's header that every reader relies on."""
-
-    model_config = ConfigDict(extra="allow")
-
-    scenario: _HeaderScenario
-    robot: dict[str, Any]
-    controller: str
-    trial: int
-    seed: int
-    outcome: Outcome
-    reason: str
-    start_time_s: float
-    end_time_s: float
-    missing: dict[str, str] = Field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -188,7 +141,7 @@ class TrialLog:
 
     @property
     def course(self) -> NDArray[np.float64]:
-        """(N, 3) the first plans of all legs, one behind the other: x m, y m, yaw rad."""
+        """(N, 3) the first plans of all legs, joined in order: x m, y m, yaw rad."""
         return np.concatenate([np.empty((0, 3)), *(plan.poses for plan in self.first_plans)])
 
     @property
@@ -256,7 +209,7 @@ class TrialLog:
         # A column's name in the file may be no text.
         except (OSError, UnicodeDecodeError, pa.ArrowException) as error:
             raise InputError(f"{path}: not a readable trial log: {as_line(str(error))}") from error
-        info = _info_of(table.schema.metadata, path)
+        info = header_of(table.schema.metadata, path)
         found = set(table.column_names)
         missing = {*COLUMNS, *PLAN_COLUMNS, "scan", "diagnostics"} - LATER_COLUMNS - found
         for columns in OWN_COLUMNS:
@@ -301,44 +254,6 @@ class TrialLog:
             costmaps=read_costmaps(table),
             people=read_people(table),
         )
-
-
-def read_info(path: Path) -> dict[str, Any]:
-    """Returns a log's header, as `TrialLog.info`; raises InputError where the file has none."""
-    try:
-        return _info_of(pq.read_metadata(path).metadata, path)
-    except (OSError, UnicodeDecodeError, pa.ArrowException) as error:
-        raise InputError(f"{path}: not a readable trial log: {as_line(str(error))}") from error
-
-
-def has_samples(path: Path) -> bool:
-    """Returns whether the trial of a log came as far as its first sample; reads the header alone.
-
-    Raises InputError where the file has none.
-    """
-    read_info(path)
-    return bool(pq.read_metadata(path).num_rows)
-
-
-def _info_of(metadata: Mapping[bytes, bytes] | None, path: Path) -> dict[str, Any]:
-    """Returns the header that stands in a file's metadata; raises InputError where it is wrong."""
-    content = (metadata or {}).get(METADATA_KEY)
-    if content is None:
-        raise InputError(f"{path}: a Parquet file, but not a trial log")
-    try:
-        info = json.loads(content)
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: a trial log with unreadable metadata: {error}") from error
-    if not isinstance(info, dict):
-        raise InputError(f"{path}: a trial log with unreadable metadata: expected an object")
-    version = info.pop("schema_version", None)
-    if version != SCHEMA_VERSION:
-        raise InputError(
-            f"{path}: schema version {version}, expected {SCHEMA_VERSION}; run the trial again"
-        )
-    header = {name: info[name] for name in _Header.model_fields if name in info}
-    validate(_Header, header, str(path))
-    return info
 
 
 def _analysis() -> Any:

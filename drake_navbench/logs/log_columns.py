@@ -57,5 +57,5 @@ UNREPEATABLE_COLUMNS = ("compute_time_ms", "compute_cpu_time_ms")
 
 
 def own_columns(found: Collection[str]) -> list[str]:
-    """Returns the columns among those found that only some logs have."""
+    """Returns the found columns that only some logs have, in the order of OWN_COLUMNS."""
     return [name for columns in OWN_COLUMNS for name in columns if name in found]

@@ -8,6 +8,7 @@ from typing import Any
 from drake_navbench.inputs.check import CheckRow, Status
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
+from drake_navbench.logs.outcome import EARLY_M
 from drake_navbench.nav2.controllers import listed_plugins
 from drake_navbench.nav2.loadable import OLD_NODE, slips_of, told_of_libraries
 from drake_navbench.nav2.node_names import READ
@@ -20,8 +21,6 @@ from drake_navbench.typed_files.dotted_names import flattened
 LEAST_SPEEDS = ("min_vel_x", "vx_min")
 # The remark on a node's parameters within those of another node, for which no node looks.
 NESTED = f"{PARAMETERS_KEY} stands within the parameters"
-# Twice Nav2's default of xy_goal_tolerance, m.
-WIDE_M = 0.5
 TOLERANCES = ("xy_goal_tolerance", "coarse_xy_goal_tolerance")
 LIBRARIES = "plugin_lib_names"
 # Parameters of these statuses name a class that is used here.
@@ -63,7 +62,7 @@ def note_wide_tolerance(rows: Rows, server: Node, checker: object, radius_m: flo
     """
     name = next((name for name in TOLERANCES if hasattr(checker, name)), None)
     tolerance_m = getattr(checker, name) if name is not None else 0.0
-    if name is None or tolerance_m <= max(WIDE_M, radius_m):
+    if name is None or tolerance_m <= max(EARLY_M, radius_m):
         return
     node, controllers = server.name.lstrip("/"), listed_plugins(server)
     for place, row in rows.items():

@@ -58,9 +58,9 @@ class PluginKind:
     a class of this kind must have; empty where an entry point may name an object that is no class.
     base: returns the class that it must derive from; None where any class with `members` will do.
     parameters: the class that its `Parameters` must derive from; None where they are checked
-    elsewhere. built_in: by name, our plugins that are no entry points; an EntryPoint among them is
-    loaded when it is first used. has_own_blocks: whether a block may name one of ours. guide: the
-    page of the documentation on this kind.
+    elsewhere. built_in: by name, our plugins that pyproject.toml does not register; an EntryPoint
+    among them is loaded when it is first used. has_own_blocks: whether a `plugin:` block of a file
+    may name a built-in plugin, too. guide: the page of the documentation on this kind.
     """
 
     noun: str

@@ -1,4 +1,4 @@
-"""Work that numba does again and again while it compiles, and need not do: with equal results.
+"""Shortcuts through work that numba repeats while it compiles; the compiled code is the same.
 
 The shortcuts together save about three tenths of the processor time of compiling. They take the
 place of private functions of numba, so any numba but the one that they were tried with is left as

@@ -1,7 +1,7 @@
 """The folder of compiled kernels, in which each is kept by the content that it was compiled from.
 
 numba alone would go by a kernel's own file: it would miss that a kernel in another file, which this
-one calls, has changed, and compile the same anew in every checkout. `KernelPlace` tells it a folder
+one calls, has changed, and compile the same anew in every checkout. `KernelPlace` gives it a folder
 for each module instead, named by the digest of its sources, so that nothing in it is ever stale. A
 wheel may bring such folders.
 """

@@ -12,8 +12,8 @@ from drake_navbench.processes.tasks import Task
 class WaitingTasks:
     """The tasks that no worker has begun.
 
-    Finding the next one takes equally long however many wait: only the first of an owner and kind
-    can be it.
+    The time to find the next task does not depend on how many wait: it is always the first one of
+    some owner and kind.
     """
 
     def __init__(self, tasks: Sequence[Task]) -> None:

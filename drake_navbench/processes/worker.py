@@ -75,7 +75,7 @@ class Worker:
         return self._connection, self._sentinel
 
     def begin(self, task: Task) -> None:
-        """Hands a task to the process; if the process has died, `listen` will tell."""
+        """Hands a task to the process; if the process has died, `listen` returns its death."""
         self.task, self.is_idle, self.has_begun = task, False, False
         self.deadline_s = time.monotonic() + START_LIMIT_S
         with suppress(OSError):

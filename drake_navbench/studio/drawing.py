@@ -194,7 +194,7 @@ def area(one: Point, other: Point, value: int | None = None) -> dict[str, Any]:
 
 
 def moving_box(at: Point) -> dict[str, Any]:
-    """Returns a moving box of a cart's size that so far stands at a place."""
+    """Returns a moving obstacle of a cart's size with its first waypoint only."""
     return {
         "type": "box",
         "size_m": list(CART_M),
@@ -203,7 +203,7 @@ def moving_box(at: Point) -> dict[str, Any]:
 
 
 def moved_on(thing: Mapping[str, Any], to: Point, speed_mps: float) -> dict[str, Any]:
-    """Returns a moving obstacle with one more waypoint, reached at a speed with its front ahead."""
+    """Returns a moving obstacle with one more waypoint, driven to at `speed_mps`, facing it."""
     *_, last = way = thing["waypoints"]
     length_m = math.dist(last["position"], to)
     if length_m < ALONG_M:
@@ -228,7 +228,7 @@ def with_waypoint(content: Mapping[str, Any], place: Place, at: Sequence[float])
 
 
 def pose(at: Point, ahead: Point, before: Sequence[float]) -> list[float]:
-    """Returns a pose at `at` that looks to `ahead`; if both are equal, it keeps its heading."""
+    """Returns a pose at `at` that faces `ahead`; if both are equal, it keeps the heading before."""
     dx, dy = ahead[0] - at[0], ahead[1] - at[1]
     yaw_rad = before[2] if math.hypot(dx, dy) < ALONG_M else round(math.atan2(dy, dx), DIGITS)
     return [*at, yaw_rad]

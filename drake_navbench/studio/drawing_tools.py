@@ -80,7 +80,7 @@ def with_way(
 ) -> Mapping[str, Any]:
     """Returns the content after a click on a way of a person or a moving obstacle.
 
-    goes_on: whether the last one drawn goes on; else another one begins.
+    goes_on: whether the click continues the way drawn last; else it begins another one.
     """
     is_person = hold.name == PERSON
     parts = ("people", "persons") if is_person else ("moving_obstacles",)

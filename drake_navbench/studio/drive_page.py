@@ -25,7 +25,7 @@ from drake_navbench.studio.trial_pictures import TrialPictures, metrics_table
 
 REFRESH_MS = 700
 DRAWN = "drawn"
-WARMING = "The workers are loading; a first trial ever compiles its kernels, which takes a minute."
+WARMING = "The workers are loading; the very first trial compiles kernels, which takes a minute."
 
 
 class DrivePage(Page):

@@ -121,7 +121,7 @@ class Engine:
 
 
 def load_workers() -> None:
-    """Begins to load what the workers need, where nobody has; returns at once."""
+    """Starts to load the workers' modules, unless that has begun already; returns at once."""
     start_server(PRELOAD_MODULES)
 
 

@@ -44,9 +44,9 @@ class Watched(NamedTuple):
     """A trial to watch.
 
     poses: (N, 3) in the world. values: by the names of the table, (N,) each. course: (M, 2) the
-    first plans. cycles: time and diagnostics of each control cycle. offset: (N, 2) from the
-    odometry frame, in which costmaps and diagnostics are, to the world at the robot, m. decisions:
-    as in Reasons, empty until a user asks for them.
+    first plans. cycles: time and diagnostics of each control cycle. offset: (N, 2) m, the true
+    position minus that by the odometry: the shift by which costmaps and diagnostics, which are in
+    the odometry frame, are drawn. decisions: as in Reasons, empty until a user asks for them.
     """
 
     title: str

@@ -52,7 +52,7 @@ class ParameterForm:
     def show(
         self, fields: Sequence[ParameterField], changes: Mapping[str, Any], source: str
     ) -> None:
-        """Shows fields with their values; changes: by the key of the field; source: 'file' ..."""
+        """Shows fields with their values; changes: by a field's key; source: 'file' or 'preset'."""
         self._fields, self._changes, self._source = fields, changes, source
         nodes = [node for node in dict.fromkeys(field.node for field in fields) if node]
         self._node.update(

@@ -128,7 +128,7 @@ def column_fields(column: Column, robot: str) -> list[ParameterField]:
 
 
 def drive_column(drawn: DrawnScenario, column: Column, robot: str, log: str) -> Driven:
-    """Drives the trial that `run` drives of these files with one trial; writes its log."""
+    """Drives the trial that `run` with `--trials 1` would drive of these files; writes its log."""
     began_s = time.perf_counter()
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
@@ -196,7 +196,7 @@ def reasons_of(path: str, drawn: tuple[DrawnScenario, Column, str] | None) -> Re
 
 
 def spec_of(drawn: DrawnScenario, column: Column, robot: str) -> TrialSpec:
-    """Returns the specification of the trial, the first that `run` would drive; InputError."""
+    """Returns the specification of the first trial that `run` would drive; raises InputError."""
     preset, own = _preset_and_robot(column, robot)
     return plan_campaign([drawn.scenario()], [preset], trials=1, robot=own).specs[0]
 
@@ -227,7 +227,7 @@ def _columns(file: str, text: str, robot: str) -> FileColumns:
 
 
 def begin_again(old: Path, new: Path) -> Path:
-    """Makes a results folder for the request of another one, all input as it is now; returns it."""
+    """Makes a results folder for another one's request, with inputs as they are now; returns it."""
     from drake_navbench.campaign.manifest import Begun, begin
     from drake_navbench.logs.results import ResultsFolder, only_run_in, require_writable
     from drake_navbench.processes.machine import available_cores

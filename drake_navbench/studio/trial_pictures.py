@@ -150,5 +150,5 @@ def _with_unit(value: float, metric: MetricOf) -> str:
 
 
 def number(value: float) -> str:
-    """Returns a number with three figures, a large one whole."""
+    """Returns a number with three significant digits, a large one as a whole number."""
     return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}"

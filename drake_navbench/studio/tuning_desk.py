@@ -20,8 +20,7 @@ class TuningDesk:
     """A column that is changed and driven again.
 
     file: path of the Nav2 file below the folder, '' for a preset. changes: as in Column. now,
-    before,
-    reference: the trial driven last, the one before it, and the locked one.
+    before, reference: the trial driven last, the one before it, and the locked one.
     """
 
     def __init__(self, folder: OpenFolder) -> None:
@@ -44,7 +43,7 @@ class TuningDesk:
         self.file, self.name, self.changes = file, name, {}
 
     def change(self, field: ParameterField, value: Any) -> None:
-        """Sets a parameter; if it has the file's value again, it is no change any more."""
+        """Sets a parameter; with the value that the file has, it is no longer a change."""
         if value == field.value:
             self.changes.pop(field.key, None)
         else:
@@ -57,7 +56,7 @@ class TuningDesk:
         return Column(self.name, path, self.text, changes)
 
     def note(self, ended: Future[Driven]) -> None:
-        """Notes an ended trial as the one driven last, also if its page is closed."""
+        """Notes an ended trial as the one driven last, even if its page was closed meanwhile."""
         if not ended.cancelled() and ended.exception() is None:
             self.before, self.now = self.now, ended.result()
 

@@ -94,7 +94,7 @@ class ContactWatch:
         self._floor_changes = 0
 
     def come_to_floor(self, number: int) -> None:
-        """Starts anew on another floor, as a lift moves the robot without a way between the two.
+        """Starts anew on another floor: a lift changes the pose at once, with no motion to search.
 
         number: number of the changes of floor so far.
         """
@@ -103,7 +103,7 @@ class ContactWatch:
             self._last, self.idle_until_s = None, -math.inf
 
     def look(self, time_s: float, state: Array, people: Array | None = None) -> None:
-        """Looks for a touch at the end of a step, at `state` (6,), and where possible within it.
+        """Looks for a touch at the end of a step, at `state` (6,), and within it if need be.
 
         people: (P, 3) x m, y m, yaw rad at the end of the step, to which they went straight.
         """

@@ -114,8 +114,8 @@ class TrialDiagram:
         return context
 
 
-class Looks(NamedTuple):
-    """The outputs of a trial besides its log.
+class Observers(NamedTuple):
+    """The functions that watch a trial while it runs, and whether its costmaps are recorded.
 
     watch: is called with the present moment whenever the recorder samples. keeps_costmaps: whether
     the recorder keeps the local costmaps. on_cycle: is called with every control cycle. takes_over:
@@ -150,16 +150,16 @@ def build_trial_diagram(
     maps: TrialMaps | None = None,
     conditions: Conditions | None = None,
     compute_times_ms: ComputeTimes | None = None,
-    looks: Looks | None = None,
+    observers: Observers | None = None,
 ) -> TrialDiagram:
     """Wires one trial: from the base over its sensors to the command, and back to the base.
 
     task: the robot's task, which decides on the navigator, or on a running stack in its place.
     maps: the scenario's maps; by default none. conditions: the settings of the robot's parts at
     each time; by default those of its file. compute_times_ms: times of all cycles, which replace
-    measured ones. looks: the observers of the trial; by default costmaps are kept.
+    measured ones. observers: the observers of the trial; by default costmaps are kept.
     """
-    maps, looks = maps or TrialMaps(), looks or Looks()
+    maps, observers = maps or TrialMaps(), observers or Observers()
     builder = DiagramBuilder()
     scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
     register_obstacles(scene_graph, world)
@@ -175,7 +175,7 @@ def build_trial_diagram(
     lidar, range_sensors, signals = add_sensors(wiring, state, localization, moving_world)
 
     times = ComputeClock(conditions.timing, compute_times_ms)
-    driver = _add_driver(wiring, controller, task, maps, signals, times, looks)
+    driver = _add_driver(wiring, controller, task, maps, signals, times, observers)
     navigator, server, command = driver.navigator, driver.server, driver.command
     to_wheels = _add_way_to_base(wiring, command, base, localization, state)
     filters = add_filters(wiring, maps.masks, signals.estimate, server)
@@ -189,10 +189,12 @@ def build_trial_diagram(
         signals,
         command=command,
         distances=clearance.GetOutputPort("distances"),
-        costmap=driver.costmap if looks.keeps_costmaps else None,
+        costmap=driver.costmap if observers.keeps_costmaps else None,
     )
-    if looks.watch is not None:
-        add_viewer(builder, looks.watch, navigator, server, moving_world, signals, driver.costmap)
+    if observers.watch is not None:
+        add_viewer(
+            builder, observers.watch, navigator, server, moving_world, signals, driver.costmap
+        )
     if isinstance(navigator, TreeNavigator) and floors is not None:
         connect_floors(builder, navigator, builder.GetSystems())
 
@@ -244,7 +246,7 @@ def _add_driver(
     maps: TrialMaps,
     signals: Signals,
     clock: ComputeClock,
-    looks: Looks,
+    observers: Observers,
 ) -> _Driver:
     """Adds costmaps, controller server, navigator and the chain behind them, or a running stack."""
     builder, robot = wiring.builder, wiring.robot
@@ -253,7 +255,7 @@ def _add_driver(
         return _Driver(stack, stack, stack.GetOutputPort("command"))
     local_costmap = _add_local_costmap(wiring, signals, maps)
     costmap = local_costmap.GetOutputPort("costmap")
-    server = _add_controller_server(builder, robot, controller, signals, costmap, clock, looks)
+    server = _add_controller_server(builder, robot, controller, signals, costmap, clock, observers)
     navigator, command = add_navigation(
         builder, robot, task, signals, local_costmap=local_costmap, server=server
     )
@@ -318,7 +320,7 @@ def _add_controller_server(
     signals: Signals,
     costmap: OutputPort,
     clock: ComputeClock,
-    looks: Looks,
+    observers: Observers,
 ) -> ControllerServer:
     """Adds the server that hosts the controller."""
     navigation = robot.navigation
@@ -335,7 +337,7 @@ def _add_controller_server(
             clock=clock,
         ),
     )
-    server.listen(looks.on_cycle, looks.takes_over)
+    server.listen(observers.on_cycle, observers.takes_over)
     connect_inputs(builder, server, odometry_estimate=signals.odometry_estimate, costmap=costmap)
     connect_frame(builder, signals, server)
     return server

@@ -36,7 +36,7 @@ class LocalizationSystem:
     late: Mapping[str, LateOdometry] = field(default_factory=dict)
 
     def signals(self, state: OutputPort, scan: OutputPort) -> Signals:
-        """Returns the ports of a trial, with those of its state and its scans."""
+        """Returns the ports of a trial; state, scan: those of the true state and the scans."""
         if self.scripted is None:
             estimate = self.delayed_output("estimate", self.noise)
             return Signals(

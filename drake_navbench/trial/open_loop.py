@@ -1,4 +1,4 @@
-"""Drives a robot's base by commands that were given before: no sensors, no controller."""
+"""Drives a robot's base by given commands: no sensors, no controller."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from drake_navbench.trial.trial import INTEGRATION
 def drive_open_loop(
     robot: Robot, start: Array, time_s: Array, command_time_s: Array, commands: Array
 ) -> Array:
-    """Returns (N, 6) the states of a trial's base at rising times (N,), the first of them at start.
+    """Returns (N, 6) the states of a trial's base at rising times (N,); the first one is `start`.
 
     start: (6,) x m, y m, yaw rad, v m/s, w rad/s, vy m/s. command_time_s: (M,) rising; commands:
     (M, 3) v m/s, w rad/s, vy m/s, each held until the next, 0 before the first.

@@ -44,9 +44,10 @@ _rehearsed: set[str] = set()
 
 
 def rehearse(spec: TrialSpec, simulate: Callable[[TrialSpec], object]) -> None:
-    """Drives a trial's first cycles and scenes of later ones, once a process for each kind.
+    """Drives a trial's first cycles, and short scenes under way and near a goal, before the trial.
 
-    simulate: drives a specification. Errors are left for the trial itself to meet.
+    Each process drives trials that run the same code only once. simulate: drives a specification.
+    Errors are ignored here, as the trial itself meets them.
     """
     for scene in _scenes(spec):
         try:

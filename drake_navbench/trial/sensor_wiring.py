@@ -44,7 +44,7 @@ def add_sensors(
 ) -> tuple[Lidar, RangeSensors | None, Signals]:
     """Adds the sensors, and connects the scans to the localization.
 
-    Returns the lidar, the range sensors, and the ports of the robot and all its senses.
+    Returns the lidar, the range sensors, and the output ports of the robot and all its sensors.
     """
     builder, _, robot, world, conditions, floors = wiring
     lidar = builder.AddNamedSystem(

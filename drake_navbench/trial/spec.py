@@ -26,7 +26,7 @@ from drake_navbench.trial.floors import TrialFloors
 
 @dataclass(frozen=True)
 class TrialSpec:
-    """Everything that a trial is a function of, but for the code.
+    """All inputs of a trial; with the code they determine its result.
 
     trial: its number among the trials of a scenario. seed: seed of this trial, the same for every
     controller. wants_diagnostics: whether to log the controller's arrays too. keeps_costmaps:

@@ -33,7 +33,7 @@ from drake_navbench.processes.worker_process import Returned
 from drake_navbench.processes.workers import run_tasks, start_server
 from drake_navbench.trial.column_controller import built_controller
 from drake_navbench.trial.contact_watch import Contact, ContactWatch
-from drake_navbench.trial.diagram import Looks, TrialDiagram, TrialMaps, build_trial_diagram
+from drake_navbench.trial.diagram import Observers, TrialDiagram, TrialMaps, build_trial_diagram
 from drake_navbench.trial.floors import trial_floors
 from drake_navbench.trial.planning import global_layers, known_map, make_plan
 from drake_navbench.trial.plugin_check import check_plugins, check_running_stack
@@ -74,10 +74,10 @@ def run_trial(
     scenario, controller, robot: names of built-in ones, paths of files (for `controller`, which may
     be a variant such as 'rpp:lookahead_dist=0.9', or 'file.py:Class'), or loaded objects. A loaded
     robot is taken as it is: the scenario's robot_overrides do not change it. Raises InputError
-    where one of them is wrong. compute_times_of: the log of the same trial, whose compute times
-    stand in for those that would be measured, so that the bytes are the same again. A controller
-    that breaks is an outcome, not an exception. A controller that is not ours runs in a process of
-    its own, which it may end or hang without harm.
+    where one of them is wrong. compute_times_of: a log of the same trial; its compute times replace
+    the measured ones, so that the new log has the same bytes. A controller that breaks is an
+    outcome, not an exception. A controller that is not ours runs in a process of its own, which it
+    may end or hang without harm.
     """
     scenario = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
     preset = controller if isinstance(controller, Preset) else load_preset(controller)
@@ -138,7 +138,7 @@ def drive(spec: TrialSpec) -> TrialLog:
 def log_of_ending(spec: TrialSpec, ending: Failure) -> TrialLog:
     """Returns the log of a trial whose worker ended without returning one.
 
-    Raises NotDriven where that was not the trial's doing.
+    Raises NotDriven where something outside of the trial ended the worker.
     """
     is_its_own = isinstance(ending, Died) and not ending.is_from_outside
     if is_its_own or isinstance(ending, TimedOut):
@@ -146,10 +146,10 @@ def log_of_ending(spec: TrialSpec, ending: Failure) -> TrialLog:
     raise NotDriven(ending.sentence)
 
 
-def simulate(spec: TrialSpec, looks: Looks | None = None) -> TrialLog:
+def simulate(spec: TrialSpec, observers: Observers | None = None) -> TrialLog:
     """Runs the trial of a checked specification as fast as possible.
 
-    looks: the observers of the trial; the specification says whether costmaps are kept.
+    observers: the observers of the trial; the specification says whether costmaps are kept.
 
     The trial is rehearsed before, so that compute times do not contain work that a process does
     once. A running stack would drive for real: in its place another column rehearses.
@@ -159,21 +159,21 @@ def simulate(spec: TrialSpec, looks: Looks | None = None) -> TrialLog:
         rehearse(spec_of_parts, _simulate)
     else:
         rehearse(spec, _simulate)
-    return _simulate(spec, looks)
+    return _simulate(spec, observers)
 
 
-def _simulate(spec: TrialSpec, looks: Looks | None = None) -> TrialLog:
+def _simulate(spec: TrialSpec, observers: Observers | None = None) -> TrialLog:
     spec = replace(spec, robot=spec.preset.robot(spec.robot))
     wants_diagnostics = spec.wants_diagnostics
     with built_controller(spec.preset, spec.robot, wants_diagnostics=wants_diagnostics) as built:
-        looks = (looks or Looks())._replace(keeps_costmaps=spec.keeps_costmaps)
-        return simulate_with(built, spec, looks)
+        observers = (observers or Observers())._replace(keeps_costmaps=spec.keeps_costmaps)
+        return simulate_with(built, spec, observers)
 
 
 def simulate_with(
     controller: Controller,
     spec: TrialSpec,
-    looks: Looks,
+    observers: Observers,
     *,
     until_s: float = math.inf,
 ) -> TrialLog:
@@ -189,7 +189,7 @@ def simulate_with(
         maps=TrialMaps(_static_map(spec), _known_map(spec), spec.scenario.places[0].filter_masks),
         conditions=spec.scenario.conditions(spec.robot),
         compute_times_ms=spec.compute_times_ms,
-        looks=looks,
+        observers=observers,
     )
     try:
         return _driven(spec, trial, until_s)

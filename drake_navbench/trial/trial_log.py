@@ -17,13 +17,14 @@ from drake_navbench.inputs.recorded_people import RecordedPeople
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.kernels.moving_bodies import FAR_AWAY_M
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.log_columns import (
     COLUMNS,
     LATERAL_COLUMNS,
     MISSION_COLUMNS,
     ODOMETRY_COLUMNS,
 )
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.people import DECIMALS, LoggedPeople
 from drake_navbench.logs.plans import Plan, as_logged
 from drake_navbench.navigation.mission import FloorLeg, MissionProgress

@@ -23,13 +23,14 @@ from drake_navbench.explanation import (
     Explanation,
     command_text,
 )
-from drake_navbench.logs.log import LIVE_CHANGES, Outcome, TrialLog
+from drake_navbench.logs.log import LIVE_CHANGES, TrialLog
 from drake_navbench.logs.log_columns import UNREPEATABLE_COLUMNS
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.processes.tasks import Task
 from drake_navbench.processes.worker_process import Returned
 from drake_navbench.processes.workers import run_tasks, start_server
 from drake_navbench.trial.column_controller import built_controller
-from drake_navbench.trial.diagram import Looks
+from drake_navbench.trial.diagram import Observers
 from drake_navbench.trial.recording_wiring import RECORDER_PERIOD_S
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.systems.compute_clock import ComputeClock
@@ -105,7 +106,7 @@ def require_explainable(log: TrialLog) -> None:
 
 
 def why(spec: TrialSpec, log: TrialLog, time_s: float) -> Why:
-    """Returns why the controller decided as it did in the last cycle by a time, s.
+    """Returns why the controller decided as it did in its last cycle up to `time_s`, s.
 
     spec: specification of the trial that the log is of. Raises InputError where the controller
     cannot tell, or there is no cycle by then. A controller that is not ours runs in a process of
@@ -159,9 +160,9 @@ def _driven_again(spec: TrialSpec, log: TrialLog, time_s: float | None) -> Whole
         if cycle.observation.time_s <= asked_s + ROUNDING_S:
             cycles.append(cycle)
 
-    looks, until_s = Looks(on_cycle=on_cycle), asked_s + 2.0 * RECORDER_PERIOD_S
+    observers, until_s = Observers(on_cycle=on_cycle), asked_s + 2.0 * RECORDER_PERIOD_S
     with built_controller(spec.preset, spec.robot, wants_diagnostics=True) as controller:
-        again = simulate_with(controller, spec, looks, until_s=until_s)
+        again = simulate_with(controller, spec, observers, until_s=until_s)
     difference = _first_difference(again, log, asked_s + RECORDER_PERIOD_S)
     numbers = range(len(cycles)) if time_s is None else range(len(cycles))[-1:]
     with built_controller(spec.preset, spec.robot, wants_diagnostics=True) as controller:

@@ -12,8 +12,8 @@ def assignment(
 ) -> tuple[str, str]:
     """Returns name and value; raises InputError where one of them is missing.
 
-    option, form: the option, and the form of its values, for errors. may_be_empty: whether a value
-    may be.
+    option, form: the option, and the form of its values, for errors. may_be_empty: whether an empty
+    value is allowed.
     """
     name, equals, value = text.partition("=")
     if not (name and equals and (value or may_be_empty)):

@@ -149,8 +149,8 @@ def validate(
 ) -> Model:
     """Returns `data` as an instance of `model`; raises InputError, one line a fault.
 
-    Types are strict: text is no number, and neither is true. text: the YAML text of `data`, from
-    which faults take the line.
+    Types are strict: neither a text nor `true` is taken for a number. text: the YAML text of
+    `data`, from which faults take the line.
     """
     try:
         plain = json.dumps(data, default=str)
@@ -186,13 +186,13 @@ def unknown_fields(model: type[BaseModel], data: Mapping[str, Any]) -> list[Loca
 
 
 def unknown_field(text: str, location: Location, found: Any) -> InitErrorDetails:
-    """Returns the fault for a field that a model itself calls unknown; text: the fault's words."""
+    """Returns the fault of an unknown field that a model's own validator found; text: its words."""
     kind = PydanticCustomError(UNKNOWN_FIELD, text)
     return InitErrorDetails(type=kind, loc=location, input=found)
 
 
 def found_fault(text: str, location: Location, found: Any) -> InitErrorDetails:
-    """Returns the fault for a value that a model itself finds wrong; text: the fault's words."""
+    """Returns the fault of a wrong value that a model's own validator found; text: its words."""
     return InitErrorDetails(type=PydanticCustomError("fault", text), loc=location, input=found)
 
 

@@ -128,7 +128,8 @@ def _events(text: str) -> Iterator[yaml.Event]:
 class MergesByDefinition:
     """A loader that merges mappings as YAML's definition has it; PyYAML 6.0.4 does not.
 
-    Of the mappings in the list of a merge key the first has the last word, and own keys prevail.
+    If several mappings in the list of a merge key have a key, the first one's value counts; a
+    mapping's own keys override all merged ones.
     """
 
     def flatten_mapping(self, node: yaml.MappingNode) -> None:

@@ -29,7 +29,7 @@ from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario, load_scenario
 from drake_navbench.inputs.world import World
 from drake_navbench.logs.costmaps import COSTMAP_COLUMNS
-from drake_navbench.logs.log import SCHEMA_VERSION
+from drake_navbench.logs.header import SCHEMA_VERSION
 from drake_navbench.logs.log_columns import (
     COLUMNS,
     LATERAL_COLUMNS,

@@ -11,7 +11,7 @@ from results_folders import write_folder
 
 from drake_navbench.analysis.figures.choice import FigureChoice
 from drake_navbench.analysis.report import ReportResult, build_report
-from drake_navbench.logs.log import METADATA_KEY, SCHEMA_VERSION
+from drake_navbench.logs.header import METADATA_KEY, SCHEMA_VERSION
 from drake_navbench.logs.results import ResultsFolder
 
 

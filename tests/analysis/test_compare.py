@@ -102,7 +102,7 @@ def test_a_loss_that_so_few_trials_cannot_decide_is_told_and_fails_nothing(
     assert lines[0].startswith(f"not decided: empty, rpp: {first}")
     assert "1 pair" not in lines[0]
     assert "a decision needs at least" in lines[0]
-    assert "## Losses that are not decided" in shown.out
+    assert "## Losses that so few trials do not decide" in shown.out
 
 
 def test_a_trial_that_ends_as_an_error_is_named_and_a_regression(folders, capsys, tmp_path):

@@ -1,4 +1,4 @@
-"""Legs and the navigator's deeds, from logs whose answers are known."""
+"""Legs and the navigator's actions, from logs whose answers are known."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from results_folders import write_folder
 from synthetic_logs import straight_log
 
 from drake_navbench.analysis.figures.choice import FigureChoice
-from drake_navbench.analysis.journey import Deed, deeds_of, legs_of
+from drake_navbench.analysis.journey import Action, actions_of, legs_of
 from drake_navbench.analysis.report import build_report
 from drake_navbench.logs.results import ResultsFolder
 
@@ -43,7 +43,7 @@ def test_a_leg_has_its_own_time_and_length_also_between_samples():
 
 def test_a_trial_without_navigator_has_neither_legs_nor_deeds():
     assert legs_of(straight_log()) == []
-    assert deeds_of(straight_log()) == []
+    assert actions_of(straight_log()) == []
 
 
 def test_deeds_tell_actions_and_plans_and_count_repetitions():
@@ -59,10 +59,10 @@ def test_deeds_tell_actions_and_plans_and_count_repetitions():
         (1.6, changed("ClearLocalCostmap-Context", "success")),
     )
     log = dataclasses.replace(straight_log(), events=events)
-    assert deeds_of(log) == [
-        Deed(0.0, 1.0, "new plan", 2),
-        Deed(1.5, 1.5, "FollowPath fails", 1),
-        Deed(1.6, 1.6, "ClearLocalCostmap-Context succeeds", 1),
+    assert actions_of(log) == [
+        Action(0.0, 1.0, "new plan", 2),
+        Action(1.5, 1.5, "FollowPath fails", 1),
+        Action(1.6, 1.6, "ClearLocalCostmap-Context succeeds", 1),
     ]
 
 

@@ -11,7 +11,7 @@ from mission_scenes import small_mission
 from drake_navbench import run_trial
 from drake_navbench.analysis.figures.maps import drawn_path
 from drake_navbench.analysis.invariants import violations_of
-from drake_navbench.analysis.journey import deeds_of, legs_of
+from drake_navbench.analysis.journey import actions_of, legs_of
 from drake_navbench.analysis.metrics.efficiency import (
     driven_length_m,
     goal_traversal_ratio,
@@ -88,7 +88,7 @@ def test_legs_are_told_with_floor_lift_and_times(log):
     # The wall is 1 m to the left of the way, the half width of the chair 0.3 m.
     assert first.clearance_m == pytest.approx(0.7, abs=0.05)
     assert second.clearance_m == np.inf
-    told = [deed.text for deed in deeds_of(log)]
+    told = [action.text for action in actions_of(log)]
     assert [text for text in told if "lift" in text] == [
         "lift main requested",
         "lift main came",

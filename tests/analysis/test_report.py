@@ -195,13 +195,13 @@ def test_an_interrupted_run_gives_a_report_that_says_what_is_missing(tmp_path):
 
 def test_what_stood_in_for_plugins_of_a_nav2_file_is_repeated(tmp_path):
     path = measured_folder(tmp_path / "results", request={"trials": 1})
-    assert "What stands in" not in render(analyse_folder(path, jobs=1))
+    assert "Replaced in the Nav2 files" not in render(analyse_folder(path, jobs=1))
     results = ResultsFolder(path)
     told = "planner_server: Smac 2D stands in for <theirs::Planner>"
     results.write_manifest(results.read_manifest() | {"stand_ins": [told]})
     text = render(analyse_folder(path, jobs=1))
     assert "<li>planner_server: Smac 2D stands in for &lt;theirs::Planner&gt;</li>" in text
-    assert "Every column of theirs" in text
+    assert "All columns of these files" in text
 
 
 def test_what_stood_in_within_one_column_is_told_of_that_column(tmp_path):
@@ -211,7 +211,7 @@ def test_what_stood_in_within_one_column_is_told_of_that_column(tmp_path):
     results.write_manifest(results.read_manifest() | own)
     text = render(analyse_folder(path, jobs=1))
     assert re.search(r"rpp</span> drove with</p>\s*<ul><li>FollowPath.max_vel_y: 0", text)
-    assert "Every column of theirs" not in text
+    assert "All columns of these files" not in text
 
 
 def test_a_finished_run_lacks_nothing(tmp_path):

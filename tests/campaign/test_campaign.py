@@ -16,7 +16,7 @@ from drake_navbench.commands.run import main
 from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.presets import load_preset, preset_files
 from drake_navbench.inputs.robot import ROBOT_FILES
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.nav2.controllers import load_parameter_file
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import simulate

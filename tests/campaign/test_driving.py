@@ -16,7 +16,8 @@ from drake_navbench.campaign.campaign import Campaign, plan_campaign
 from drake_navbench.campaign.driving import run_campaign
 from drake_navbench.campaign.warm_up import Compiling, WarmUp
 from drake_navbench.errors import CannotBeWritten, EndedFromOutside, InputError
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.processes.tasks import Died, Task, TimedOut
 from drake_navbench.processes.worker_process import Raised, TaskFailed

@@ -18,8 +18,9 @@ from drake_navbench.inputs.foreign_code import runs_foreign_code
 from drake_navbench.inputs.presets import Preset, load_preset
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import load_scenario
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.log_columns import UNREPEATABLE_COLUMNS
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.plugins.kinds import forget_installed
 from drake_navbench.trial import task_cost

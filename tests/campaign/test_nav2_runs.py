@@ -15,7 +15,7 @@ from drake_navbench.commands import doctor
 from drake_navbench.commands import run as run_command
 from drake_navbench.commands.run import build_parser, main
 from drake_navbench.inputs.check import Status
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.trial.trial import simulate
 
 REPOSITORY = Path(__file__).parents[2]

@@ -294,7 +294,7 @@ def test_bytes_of_logs(data, file, log_bytes):
 def test_headers_of_logs(data, file, log_bytes):
     import pyarrow.parquet as pq
 
-    from drake_navbench.logs.log import METADATA_KEY
+    from drake_navbench.logs.header import METADATA_KEY
 
     table = pq.read_table(file("whole.parquet", log_bytes))
     header = json.loads(table.schema.metadata[METADATA_KEY])

@@ -14,7 +14,8 @@ from drake_navbench.commands.run import main
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.foreign_code import runs_foreign_code
 from drake_navbench.inputs.presets import load_preset
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.nav2.controllers import load_parameter_file
 
 CODE = """

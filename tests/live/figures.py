@@ -15,7 +15,8 @@ import numpy as np
 from stand_ins import CYCLONE, RCLPY, ROBOT, live, stand_in, way
 
 from drake_navbench.inputs.scenario import Scenario, load_scenario
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.trial.trial import run_trial
 
 DOMAIN = 29

@@ -16,7 +16,7 @@ from cyclonedds.core import DDSException
 from cyclonedds.pub import DataWriter
 from cyclonedds.topic import Topic
 
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.ros2.live import lookout
 from drake_navbench.ros2.live.domain import LATCHED, NODE_TOPIC, NODE_TYPE, PLAIN, LiveDomain, _qos
 from drake_navbench.ros2.live.endpoints import Quality

@@ -15,7 +15,8 @@ from drake_navbench.analysis.metrics.definition import Undefined
 from drake_navbench.commands.main import main
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.scenario_plan import GridPlan
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.ros2.live import live_extra, lookout
 from drake_navbench.ros2.live.domain import PLAIN, LiveDomain
 from drake_navbench.ros2.live.endpoints import TRANSIENT_LOCAL, Quality

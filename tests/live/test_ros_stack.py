@@ -18,7 +18,7 @@ from stand_ins import CYCLONE, RCLPY, ROBOT, live, ros_python, stand_in, way
 pytest.importorskip("cyclonedds")
 
 from drake_navbench.inputs.scenario import load_scenario
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.trial.trial import run_trial
 
 SCENARIOS = ("empty", "doorway", "static_obstacles")

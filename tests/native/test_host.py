@@ -25,8 +25,8 @@ from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.kernels.grid import Costmap
-from drake_navbench.logs.log import Outcome
 from drake_navbench.logs.log_columns import UNREPEATABLE_COLUMNS
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.trial.column_controller import check_controller
 
 SETUP = ControllerSetup(

@@ -31,7 +31,8 @@ from rosbags.interfaces import MessageDefinitionFormat
 
 from drake_navbench.analysis.metrics.registry import all_metrics, measure_all
 from drake_navbench.commands.main import main
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.ros2.recordings.bag_source import KEPT_TYPES, BagSource
 from drake_navbench.ros2.recordings.import_bags import ImportRequest, read_recording

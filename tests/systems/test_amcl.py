@@ -12,7 +12,8 @@ from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.kernels.particle_filter import hit_points, weigh
 from drake_navbench.kernels.poses import carrier_pose
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.navigation.costmaps.map_file import OccupancyMap
 from drake_navbench.trial.planning import known_map
 from drake_navbench.trial.systems.amcl import likelihood_field

@@ -9,8 +9,9 @@ from drake_navbench.analysis.metrics.efficiency import mechanical_energy_j
 from drake_navbench.controller import Decision
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.log_columns import LATERAL_COLUMNS
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import simulate
 from drake_navbench.typed_files.typed_yaml import validate

@@ -6,7 +6,7 @@ import pytest
 
 from drake_navbench import run_trial
 from drake_navbench.inputs.presets import load_preset
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 
 
 @pytest.mark.parametrize(

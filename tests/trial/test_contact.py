@@ -15,7 +15,8 @@ from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.world import Box, Cylinder, World
 from drake_navbench.kernels.footprint import circle_footprint
 from drake_navbench.kernels.poses import place_outline
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.trial.contact_watch import TOUCHING_M, ContactWatch
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import simulate

@@ -9,7 +9,8 @@ from drake_navbench.analysis.metrics.safety import obstacle_outlines
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.inputs.scenario_plan import PolylinePlan
 from drake_navbench.kernels.poses import place_outline
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.trial.planning import make_plan
 
 

@@ -9,7 +9,8 @@ from pydrake.systems.analysis import Simulator
 
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.scenario import Scenario
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.trial.column_controller import built_controller
 from drake_navbench.trial.diagram import TrialDiagram, build_trial_diagram
 from drake_navbench.trial.floors import drawn_legs

@@ -8,7 +8,7 @@ import yaml
 from drake_navbench import run_trial
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.scenario import load_scenario
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.nav2.controllers import load_parameter_file
 
 # The true motion, and what was commanded; compute times differ from run to run.

@@ -16,8 +16,9 @@ from drake_navbench.controller import Decision, NoValidControl
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.log_columns import UNREPEATABLE_COLUMNS
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.trial.column_controller import controller_setup
 from drake_navbench.trial.diagram import build_trial_diagram
 from drake_navbench.trial.spec import TrialSpec

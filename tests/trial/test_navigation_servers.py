@@ -10,7 +10,7 @@ from stub_controller import straight_ahead
 from drake_navbench import run_trial
 from drake_navbench.analysis.metrics import efficiency, tracking
 from drake_navbench.inputs.scenario import load_scenario
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 
 
 def test_waypoints_are_reached_in_order_with_a_pause_at_each():

@@ -8,7 +8,7 @@ from drake_navbench.controller import Decision
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.task_check import check_task
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 
 
 @pytest.mark.parametrize(

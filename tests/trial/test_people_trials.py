@@ -13,7 +13,8 @@ from drake_navbench.analysis.metrics.movers import movers_of
 from drake_navbench.analysis.replay import write_trial_replay
 from drake_navbench.controller import Decision
 from drake_navbench.inputs.scenario import Scenario, load_scenario
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import simulate
 from drake_navbench.typed_files.typed_yaml import validate

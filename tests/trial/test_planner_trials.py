@@ -9,7 +9,7 @@ from drake_navbench.controller import Decision
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.kernels.path_geometry import path_length
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.navigation.planner_settings import PLANNERS
 from drake_navbench.navigation.smac_planner_2d import SmacPlanner2D
 from drake_navbench.trial.spec import TrialSpec

@@ -19,7 +19,8 @@ from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.inputs.scenario import Scenario
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.navigation.behavior_tree.board import Board
 from drake_navbench.navigation.behavior_tree.description import (
     NAVIGATE_THROUGH_POSES,

@@ -8,7 +8,7 @@ import pytest
 
 from drake_navbench.campaign.request_arguments import request_from_arguments
 from drake_navbench.commands.run import build_parser
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.trial.trial import simulate
 
 SCENARIO = """

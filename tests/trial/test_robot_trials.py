@@ -17,7 +17,7 @@ from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.inputs.world import Box, World
 from drake_navbench.kernels.grid import FREE, LETHAL, cost_at
 from drake_navbench.kernels.scan import Scan
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.navigation.costmaps.layered_costmap import local_layers
 from drake_navbench.trial.systems.lidar import Lidar
 from drake_navbench.trial.systems.ports import STATE_SIZE

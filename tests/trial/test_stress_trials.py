@@ -10,10 +10,11 @@ from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario, load_scenario
 from drake_navbench.kernels.poses import compose
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.log_columns import ODOMETRY_COLUMNS
 from drake_navbench.logs.moment import Moment
-from drake_navbench.trial.diagram import Looks
+from drake_navbench.logs.outcome import Outcome
+from drake_navbench.trial.diagram import Observers
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import run_trial, simulate
 
@@ -270,7 +271,7 @@ def test_who_watches_is_told_where_the_odometry_lies():
     scenario = Scenario(**SCENE | {"timeout_s": 2.0})
     moments: list[Moment] = []
     spec = TrialSpec(scenario, robot, load_preset("rpp"), seed=3)
-    log = simulate(spec, Looks(moments.append))
+    log = simulate(spec, Observers(moments.append))
     told = [compose(moment.odometry_from_world, moment.state[:3]) for moment in moments]
     logged = log.samples[list(ODOMETRY_COLUMNS)].to_numpy()[: len(moments)]
     np.testing.assert_allclose(told, logged, atol=1e-9)

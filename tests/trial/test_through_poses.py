@@ -10,7 +10,8 @@ from drake_navbench.analysis.metrics.efficiency import path_efficiency_ratio, sp
 from drake_navbench.analysis.metrics.mission import plans_of_legs
 from drake_navbench.analysis.metrics.tracking import plan_progress_ratio
 from drake_navbench.kernels.path_geometry import path_length
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 
 THROUGH = {"navigation_mode": "navigate_through_poses"}
 ON_A_LINE = {"goal": [6.0, 0.0, 0.0], "waypoints": [[2.0, 0.0, 0.0], [4.0, 0.0, 0.0]]}

@@ -9,7 +9,8 @@ import pytest
 
 from drake_navbench.inputs.robot import load_robot, overridden
 from drake_navbench.inputs.scenario import scenario_on_map
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.navigation.behavior_tree.tree_file import read_tree_file
 from drake_navbench.trial.trial import run_trial
 

@@ -17,10 +17,11 @@ from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario, load_scenario
 from drake_navbench.inputs.task_check import check_task
 from drake_navbench.kernels.path_geometry import path_length
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.log_columns import UNREPEATABLE_COLUMNS
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.trial.column_controller import make_controller
-from drake_navbench.trial.diagram import Looks
+from drake_navbench.trial.diagram import Observers
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import simulate
 from drake_navbench.trial.trial_log import failed_log
@@ -384,7 +385,7 @@ def test_a_viewer_changes_no_byte_of_the_log():
         seed=3,
     )
     moments = []
-    unseen, seen = simulate(spec), simulate(spec, Looks(moments.append))
+    unseen, seen = simulate(spec), simulate(spec, Observers(moments.append))
     pd.testing.assert_frame_equal(
         *(log.samples.drop(columns=list(UNREPEATABLE_COLUMNS)) for log in (unseen, seen)),
         check_exact=True,

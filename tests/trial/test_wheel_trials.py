@@ -7,8 +7,9 @@ import pytest
 
 from drake_navbench import run_benchmark
 from drake_navbench.inputs.robot import load_robot, overridden
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.log_columns import UNREPEATABLE_COLUMNS
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.trial.trial import run_trial
 
 MULTIBODY, PLANAR = "wheelchair_multibody", "wheelchair_casters"

@@ -15,7 +15,7 @@ from drake_navbench.campaign.logged_trial import logged_trial
 from drake_navbench.commands.main import main
 from drake_navbench.commands.why import WIDTH, table_lines
 from drake_navbench.explanation import Explanation
-from drake_navbench.logs.log import METADATA_KEY
+from drake_navbench.logs.header import METADATA_KEY
 from drake_navbench.trial.trial import run_trial
 from drake_navbench.trial.why import whole_why
 

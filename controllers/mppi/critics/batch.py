@@ -27,8 +27,8 @@ class Scene:
     path_length: length of the local plan, float32 m. goal_xy_tolerance_m: tolerance of the goal
     checker.
     straight_goal: (3,) x m, y m, yaw rad, to which the releases up to Kilted measure the distance
-    to the goal; None: along the local plan. furthest: the rule of searching its furthest reached
-    point.
+    to the goal; None: along the local plan. furthest: the rule by which its furthest reached point
+    is searched.
     """
 
     pose: NDArray[np.float64]

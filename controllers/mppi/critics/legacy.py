@@ -1,4 +1,4 @@
-"""PathAlignLegacyCritic: the path alignment before that by arc length, in Humble and Iron.
+"""PathAlignLegacyCritic: the path alignment of Humble and Iron, without arc lengths.
 
 Source: nav2_mppi_controller, branches humble and iron. Jazzy and later ones do not have it.
 """

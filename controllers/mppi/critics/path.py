@@ -123,9 +123,9 @@ def path_align_costs(path, lengths, valid, furthest, use_yaw, onward, reach, cos
     """PathAlignCritic: mean distance between a sample's columns and the path, by arc length.
 
     Path points 0 .. furthest - 1 count. A column is compared with the point whose arc length is
-    nearest to the distance driven since column 0; invalid points are left out. onward: the rule of
-    searching that point, see `Rules.aligns_onward`. path: x, y, yaw of its points. costs: (blocks,
-    LANES), written.
+    nearest to the distance driven since column 0; invalid points are left out. onward: the rule by
+    which that point is searched, see `Rules.aligns_onward`. path: x, y, yaw of its points. costs:
+    (blocks, LANES), written.
     """
     path_x, path_y, path_yaw = path
     arcs = np.full(LANES, ZERO)

@@ -1,4 +1,4 @@
-"""The lock of a domain, for one process at a time, and a clock that never goes back in it.
+"""The lock that lets one process at a time drive in a DDS domain, and the last stamp of its clock.
 
 A stack that lives through several trials must not see /clock jump back. The last stamp of a domain
 is kept in a small file, and whoever has the file locked drives there.

@@ -1,4 +1,4 @@
-"""The course of a goal, as the stack's action status tells it."""
+"""Follows a goal by the status messages of the stack's action server."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class GoalEntry(NamedTuple):
 
 
 class GoalWatch:
-    """Follows one goal among those that a stack tells of.
+    """Follows one goal in the stack's status messages, which name all recent goals.
 
     The goal is sent over a topic, so that its id is unknown: it is the first id that did not exist
     before. Where a later goal replaces it, the later one is followed.

@@ -1,4 +1,4 @@
-"""The lookout for others in a domain: robots that must not be there, and the stack's presence."""
+"""Watches the other participants of a domain: whether the stack is there, and no other robot."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Lookout:
     """Looks at the endpoints of others, again and again.
 
     own: our topics, as others must have them. signs: the topics that only a robot publishes.
-    faults: sentences on endpoints that do not fit ours. restart_count: how often the stack came
+    faults: sentences on endpoints that cannot match ours. restart_count: how often the stack came
     back.
     """
 

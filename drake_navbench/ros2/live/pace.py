@@ -19,7 +19,7 @@ class Pace:
 
     rate: simulated seconds a second; None: each step in which a command is due waits for one, for
     `patience_s` at most. A stack that sends no command in its time, as while it plans, gets the
-    wall clock's pace until it sends one again; so it is never asked to think faster than it can.
+    wall clock's pace until it sends one again; so the simulation never outruns it.
     """
 
     def __init__(

@@ -41,7 +41,7 @@ INITIAL_VARIANCES = (0.05**2, 0.03**2)
 
 
 class RobotTopics:
-    """The publishers of one simulated robot, and the way from what it senses to messages.
+    """Publishes the readings of one simulated robot as messages.
 
     own: all topics with their types and qualities, to compare with discovered endpoints. sent_scan:
     the newest scan that was sent.

@@ -40,7 +40,7 @@ OUTCOME_OF_GOAL = {
 class LiveSession:
     """The conversation with a running stack in one trial.
 
-    ended: set from outside, ends the trial with the next step.
+    ended: set to True from outside; the next step then ends the trial.
     """
 
     def __init__(self, parameters: LiveParameters, task: StackTask) -> None:

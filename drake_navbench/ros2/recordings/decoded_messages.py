@@ -25,7 +25,7 @@ class Transform(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """An odometry. pose: x m, y m, yaw rad in the frame. twist: v, w and vy in the child's."""
+    """An odometry. pose: x m, y m, yaw rad in `frame`. twist: v m/s, w rad/s, vy m/s in `child`."""
 
     frame: str
     child: str

@@ -1,7 +1,7 @@
 """Finds lag, acceleration limits, deadband and dead time of a drive from a recording of it.
 
-The model is that of a robot file with two parts more, which real drives have: a command takes
-effect after a dead time, and one within the deadband does not move the robot at all.
+The model is the drive of a robot file with two further parts, which real drives have: a command
+takes effect after a dead time, and one within the deadband does not move the robot at all.
 
     u = command(t - dead time), 0 where |u| < deadband
     dv/dt = (u - v) / tau, cut to the acceleration limit
@@ -47,8 +47,8 @@ class AxisFit:
     """The fit of one axis, forward (m, s) or turning (rad, s); None: not seen in the recording.
 
     rms: root mean square of the velocity's error after the fit. least_command: the smallest command
-    in the recording. explained: share of the velocities' variance; 1 for an axis that no command
-    moves.
+    in the recording. explained: share of the velocities' variance that the fit explains; 1 for an
+    axis that no command moves.
     """
 
     acceleration: float | None

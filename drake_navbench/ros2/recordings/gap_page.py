@@ -14,7 +14,7 @@ from drake_navbench.analysis.html import page_environment
 from drake_navbench.analysis.numbers import number
 from drake_navbench.analysis.report import SIMULATION_GAP_PAGE
 from drake_navbench.errors import InputError
-from drake_navbench.logs.log import read_info
+from drake_navbench.logs.header import read_info
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.ros2.recordings.simulation_gap import SimulationGap
 from drake_navbench.typed_files.output_file import write_text

@@ -68,7 +68,7 @@ class ImportRequest:
 
 @dataclass(frozen=True)
 class Imported:
-    """The trial made of one recording. losses: the parts that could not be read.
+    """The trials made of one recording. losses: the parts that could not be read.
 
     gaps: the simulation gap of each log; None where it has no commands. fit: the fitted parameters
     of the drive, where the user asked for them. drive: its commands and velocities; None where the

@@ -116,8 +116,8 @@ def _left_out(
         if column.unusable:
             count = len(column.values) + column.unusable
             yield (
-                f"{path}: {topics[role]}: {column.unusable} of {count} left out: what should be "
-                "numbers is not, or is of no size"
+                f"{path}: {topics[role]}: {column.unusable} of {count} left out: "
+                "numbers that are not finite, or cells of size 0"
             )
 
 

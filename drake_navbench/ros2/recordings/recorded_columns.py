@@ -2,7 +2,8 @@
 
 Times are seconds from the first message of the recording, on the clock of the stamps, which is that
 of the computer or of the simulator. A message without a stamp has only the time at which it was
-received. That time is converted by the odometry, whose messages have both times.
+received. That time is converted to the stamps' clock by the odometry, whose messages have both
+times.
 """
 
 from __future__ import annotations

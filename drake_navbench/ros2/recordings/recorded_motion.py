@@ -1,4 +1,4 @@
-"""Motion of the robot in a recording: its poses and velocities on one clock."""
+"""The robot's motion in a recording: its poses and velocities on one clock."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.arrays import Array
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.ros2.recordings.recorded_columns import Column
 
 # The states of a goal in action_msgs/GoalStatus.

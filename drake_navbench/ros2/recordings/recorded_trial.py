@@ -22,7 +22,8 @@ from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.world import Obstacle
 from drake_navbench.kernels.arrays import Array
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.plans import Plan, as_logged
 from drake_navbench.navigation.costmaps.map_file import OccupancyMap
 from drake_navbench.ros2.recordings.recorded_columns import Column

@@ -27,7 +27,7 @@ NEAR_S = 0.1
 
 
 class PoseGap(NamedTuple):
-    """Errors of the pose some time after a start. start_count: starts followed so long."""
+    """Errors of the pose at one time after a start. start_count: number of starts behind them."""
 
     horizon_s: float
     start_count: int

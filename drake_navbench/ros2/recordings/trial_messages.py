@@ -24,8 +24,9 @@ from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.world import Obstacle, World
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.poses import carrier_pose, place_outline
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.log_columns import ODOMETRY_COLUMNS, UNREPEATABLE_COLUMNS
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.ros2.recordings import topics
 from drake_navbench.ros2.recordings.messages import (
     LINE_LIST,
@@ -77,7 +78,7 @@ class TrialMessages:
 
     @cached_property
     def robot(self) -> Robot:
-        """The robot as the log tells it."""
+        """The robot of the log."""
         return Robot.model_validate(self.log.info["robot"])
 
     @cached_property

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from drake_navbench.inputs.scenario import Scenario
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.studies.doctor.driving import Row, probe_of
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.probes import LONGEST_S

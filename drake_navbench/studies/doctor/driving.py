@@ -13,7 +13,8 @@ from drake_navbench.campaign.rows_of_trials import drive_each
 from drake_navbench.errors import InputError, writing
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario
-from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.studies.doctor.detectors import detectors_digest, doctor_row
 from drake_navbench.trial.spec import TrialSpec
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.studies.doctor.drive_signals import NEAR_GOAL_M
 from drake_navbench.studies.doctor.drives import STANDS_MPS, STANDS_RADPS, Drive
 

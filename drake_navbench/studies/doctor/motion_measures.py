@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.studies.doctor.drive_signals import (
     NEAR_GOAL_M,
     moved_at,

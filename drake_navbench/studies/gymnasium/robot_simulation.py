@@ -80,7 +80,8 @@ class RobotSimulation:
     def reset(self, start_pose: Array, *, seed: int, world: World) -> None:
         """Puts the robot at rest at (3,) x m, y m, yaw rad, and waits for the first command.
 
-        world: the obstacles from now on; only the drawn geometry stays as it was built.
+        world: the obstacles from now on; SceneGraph keeps those that it was built with, for
+        drawing.
         """
         self._world = world
         self._contact_watch = ContactWatch(
@@ -123,7 +124,7 @@ class RobotSimulation:
 
     @property
     def driven_s(self) -> float:
-        """Time since the first command, s; after a touch, that of the touch."""
+        """Time since the first command, s; after a touch, up to the touch."""
         contact = self._contact_watch.contact
         now_s = self._simulator.get_context().get_time() if contact is None else contact.time_s
         return max(0.0, now_s - CONTROLLER_OFFSET_S)

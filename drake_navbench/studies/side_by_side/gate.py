@@ -75,9 +75,11 @@ class GateResult(NamedTuple):
 
     @property
     def light(self) -> Light:
-        """Red where a test says worse, or a trial came to no end where all of the base did.
+        """RED, NOT_JUDGED or GREEN, by the tests and by the trials that came to no end.
 
-        Not judged where trials of the head came to no end, and some of the base neither.
+        RED: a test shows a change for the worse, or the head lost trials (error, or missing) of a
+        controller and scenario of which the base lost none. NOT_JUDGED: the head lost trials only
+        where the base lost some, too.
         """
         if self.judged is None:
             return Light.GREEN
@@ -186,7 +188,7 @@ def column_of(controller: str, side: Side | Build) -> str:
 
 
 def split_column(controller: str) -> tuple[str, str]:
-    """Returns the name of a variant `name:param=value`, and what follows it with its colon."""
+    """Splits a variant 'rpp:a=1' into its name 'rpp' and the rest ':a=1'."""
     found = _VALUES.search(controller)
     return (controller[: found.start()], controller[found.start() :]) if found else (controller, "")
 

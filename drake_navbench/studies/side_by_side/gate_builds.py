@@ -31,9 +31,9 @@ def build_of(
     """Returns the build with the name `text`, or makes one from the checkout in the folder `text`.
 
     name: name of a new build. controllers: presets; only packages with their originals are built.
-    flags, noise: the wanted ones; None: the gate's default for a checkout, and any for a named
-    build. Raises InputError where there is no such build or folder, or where a named build has
-    other flags or noise.
+    flags, noise: the wanted ones. With None a checkout is built with the gate's defaults, and a
+    named build may have any. Raises InputError where there is no such build or folder, or where a
+    named build has other flags or noise.
     """
     if not Path(text).is_dir():
         build = find_build(text)

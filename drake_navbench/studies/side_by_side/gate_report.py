@@ -24,7 +24,7 @@ from drake_navbench.analysis.paired_text import (
     table,
     undecided_sentence,
 )
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.logs.text_tables import markdown_table
 from drake_navbench.studies.side_by_side.gate import GateResult, Side, column_of
@@ -59,7 +59,10 @@ def to_markdown(result: GateResult) -> str:
     for title, told in (
         ("Came to no end", lost_lines(judged.new_failures)),
         ("Ended in errors, as trials of the base do", lost_lines(known)),
-        ("Losses that are not decided", map(undecided_sentence, judged.undecided_losses)),
+        (
+            "Losses that so few trials do not decide",
+            map(undecided_sentence, judged.undecided_losses),
+        ),
     ):
         if entries := [f"- {line}" for line in told]:
             lines += [f"## {title}", "", *entries, ""]
@@ -70,7 +73,12 @@ def to_markdown(result: GateResult) -> str:
     ):
         if found := judged.of(verdict):
             lines += [f"## {title}", "", *table(found), ""]
-    lines += ["## What would have been seen", "", *_outcomes_seen(judged, result.trials), ""]
+    lines += [
+        "## The smallest changes that would be seen",
+        "",
+        *_outcomes_seen(judged, result.trials),
+        "",
+    ]
     lines += ["The mean change that would turn the gate red with a probability of 80%.", ""]
     return "\n".join([*lines, *_detectable(judged), ""])
 
@@ -78,7 +86,8 @@ def to_markdown(result: GateResult) -> str:
 def to_junit(result: GateResult) -> str:
     """Returns JUnit XML: a test case a scenario, controller and metric that is listed or worse.
 
-    A trial without an end is a failure if the base has no such trial, else an error.
+    A trial of the head that came to no end is a failure if the base lost none of its controller and
+    scenario, else an error.
     """
     judged = result.judged
     if judged is None:

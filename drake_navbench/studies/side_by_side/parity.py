@@ -126,7 +126,7 @@ def compare_port(
 
 
 def port_of_release(name: str, build: Build) -> Preset:
-    """Returns a preset with the rules of a build's release, where its port knows releases."""
+    """Returns a preset with the rules of a build's release, if its port has `nav2_release`."""
     preset = load_preset(name)
     if RELEASE_FIELD not in preset.controller_class.Parameters.model_fields:
         return preset

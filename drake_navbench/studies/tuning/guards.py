@@ -13,12 +13,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from drake_navbench.analysis.numbers import counted
 from drake_navbench.analysis.statistics import CONFIDENCE
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario, load_scenario
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.typed_files.typed_yaml import validate
 
@@ -91,9 +92,7 @@ def touches_of(rows: Sequence[Mapping[str, Any]]) -> Counter[str]:
 
 def told(touches: Mapping[str, int]) -> str:
     """Returns the touches by place in words: 'doorway (3 trials), random_world_7 (1 trial)'."""
-    return ", ".join(
-        f"{name} ({count} trial{'s' if count > 1 else ''})" for name, count in touches.items()
-    )
+    return ", ".join(f"{name} ({counted(count, 'trial')})" for name, count in touches.items())
 
 
 def rate_at_most(trials: int) -> float:

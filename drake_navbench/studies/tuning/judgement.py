@@ -40,9 +40,9 @@ class Judged(NamedTuple):
 
     means: relative differences by objective, lower is better. findings: tests of its arrivals,
     touches and objectives, by scenario. text, details: the verdict in words, and a sentence for
-    each decided finding. succeeded, touched: numbers for the column, for the baseline, and of
-    trials. by_scenario: means by objective. touches: trials of the column with a touch, by
-    scenario.
+    each decided finding. succeeded, touched: numbers of trials, (of the column, of the baseline),
+    among the `trials` of each. excess: see `excess_failures`. by_scenario: means by objective.
+    touches: trials of the column with a touch, by scenario.
     """
 
     column: str
@@ -83,8 +83,8 @@ class Judged(NamedTuple):
 def least_pairs(columns: int, places: int, objectives: int) -> int:
     """Returns the least number of pairs in each place with which an objective can be decided.
 
-    All of them must then differ in one direction. places: scenarios, and suites of tasks, in each
-    of which every objective of every column is tested.
+    So few decide only if all of them differ in one direction. places: scenarios, and suites of
+    tasks, in each of which every objective of every column is tested.
     """
     return fewest_differing(ALARM_RATES[Family.LISTED] / (columns * places * objectives))
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.kernels.arrays import Array
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 
 Row = Mapping[str, Any]
 
@@ -87,7 +87,7 @@ def require_comparable(
 
 
 def require_random(scenario: str, rows: Sequence[Row], objectives: Sequence[Objective]) -> None:
-    """Raises InputError where all trials of a scenario are one trial."""
+    """Raises InputError if all trials of a scenario are equal, as nothing in it is random."""
     values = _values(rows, objectives)
     if len(values) > 1 and np.array_equal(
         values, np.tile(values[0], (len(values), 1)), equal_nan=True

@@ -60,8 +60,8 @@ def evidence_against(own: Array, rival: Array) -> float:
 def is_dropped(own: Array, rivals: Sequence[Array]) -> bool:
     """Returns whether a configuration with the differences (N, K) to the baseline is behind.
 
-    rivals: the differences of every earlier configuration, as far as it drove, also of dropped
-    ones: without these, only lucky configurations would be left as rivals.
+    rivals: the differences of every earlier configuration, as far as it drove. Dropped ones are
+    among them: without these, only lucky configurations would be left as rivals.
     """
     against_baseline = evidence_against(own, np.zeros_like(own))
     if not rivals:

@@ -23,11 +23,10 @@ SEED_OF_OTHER_TASKS = 4
 class TuningRequest:
     """The arguments of a search; `command`: the command line that the written files name.
 
-    preset: name of the preset of the baseline; '' for that of `nav2`, a Nav2 file whose controller
-    `plugin` drives.
-    fresh: trials of the front in each scenario on fresh seeds, and in each held-out scenario; more
-    in deciding scenarios where fewer cannot decide. map_file, goals: a map, and the number of tasks
-    drawn on it for the search; `deciding_pairs` further tasks are held out.
+    preset: name of the baseline's preset; '' if the baseline is the controller `plugin` of the Nav2
+    file `nav2`. fresh: trials of the front in each scenario on fresh seeds, and in each held-out
+    scenario; more in deciding scenarios where fewer cannot decide. map_file, goals: a map, and the
+    number of tasks drawn on it for the search; `deciding_pairs` further tasks are held out.
     """
 
     preset: str

@@ -197,7 +197,7 @@ def write_nav2_file(preset: Preset, path: Path, remarks: Sequence[str]) -> None:
 
 
 def write_preset_file(preset: Preset, path: Path, remarks: Sequence[str]) -> None:
-    """Writes a preset file that has what the preset sets; remarks: its first lines."""
+    """Writes a preset file with the parameters that the preset sets; remarks: its first lines."""
     content = {
         "controller": preset.controller,
         "description": preset.description,

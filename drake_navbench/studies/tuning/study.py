@@ -149,7 +149,7 @@ def drive_baseline(trials: Trials, objectives: Sequence[Objective], *, jobs: int
 
 
 class Sampling(NamedTuple):
-    """The source of a study's configurations: Sobol's first points, then a sampler; the seed."""
+    """The sampler that proposes a study's configurations after Sobol's points, and its seed."""
 
     sampler: Sampler
     seed: int

@@ -22,7 +22,7 @@ class TuningTask(FrozenModel):
     baseline: the name of the preset; `parameters` holds all its parameters. searched: the
     dimensions of the search space as texts. guards: scenarios in which only touches count.
     most_pairs: the largest number of pairs that a configuration drives; a pair is a scenario with a
-    seed. seed: the seed from which those of all pairs are drawn.
+    seed. seed: the seed from which the seeds of all pairs are drawn.
     """
 
     model_config = ConfigDict(extra="forbid")

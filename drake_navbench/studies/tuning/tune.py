@@ -127,7 +127,7 @@ def _planned_trials(request: TuningRequest, baseline: Preset, guards: Guards) ->
 
 def _tell_guards(request: TuningRequest, guards: Guards, tell: Callable[[str], None]) -> None:
     for kind, why in guards.left_out.items():
-        tell(f"No {kind} is driven for touches alone: {why}")
+        tell(f"No {kind} is driven as a further test for touches: {why}")
     if not guards.names:
         return
     parts = [scenario.name for scenario in guards.closed]
@@ -135,7 +135,7 @@ def _tell_guards(request: TuningRequest, guards: Guards, tell: Callable[[str], N
         parts.append(f"{len(guards.worlds)} random worlds if it comes through the race")
     tell(
         f"Each configuration drives {request.most_pairs} pairs at most, and for touches alone "
-        f"{' and '.join(parts)}; whoever touches anything is out."
+        f"{' and '.join(parts)}; one that touches anything is dropped."
     )
 
 
@@ -192,7 +192,7 @@ def _line_of(driven: Configuration, objectives: Sequence[Objective]) -> str:
     ends = {
         Ending.THROUGH: "through,",
         Ending.DROPPED: "dropped after",
-        Ending.TOUCHED: f"touched in {told(driven.touches)}: out after",
+        Ending.TOUCHED: f"touched in {told(driven.touches)}: dropped after",
     }
     return f"{driven.number:>4}: {ends[driven.ending]} {len(driven.differences)} pairs; {shown}"
 

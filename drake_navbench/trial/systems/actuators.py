@@ -28,9 +28,10 @@ WHEELS = 2
 class SlippingWheels(LeafSystem):
     """Deadband, steps, unequal radii and slip of the wheels of a differential base.
 
-    Input `command` and output `obeyed` [v m/s, w rad/s, vy m/s]; output `gains` (2,), the speed
-    over the floor of the left and the right wheel a wheel speed of nominal radius. Abstract
-    parameter `seed_parameter` holds the trial's seed; noise of the slip is drawn once in 0.1 s.
+    Input `command` and output `obeyed` [v m/s, w rad/s, vy m/s]; output `gains` (2,), for the left
+    and the right wheel its speed over the floor divided by its turn rate times the nominal radius.
+    Abstract parameter `seed_parameter` holds the trial's seed; noise of the slip is drawn once in
+    0.1 s.
     """
 
     def __init__(self, settings: Timeline[ActuatorSettings]) -> None:

@@ -98,9 +98,9 @@ class Amcl(FloorAware):
     At the settings' `jump_time_s` all particles and the transform are displaced by the jump: the
     robot is forcibly unlocalized, as if it had been carried away.
 
-    floors: the map of each floor of a mission; with them comes floor_clock. On another floor the
-    particles begin anew, spread as at the start around the true pose (input `state`) plus the error
-    of the lift.
+    floors, floor_clock: the map of each floor of a mission, and the instants of change; both or
+    neither. On another floor the particles begin anew, spread as at the start around the true pose
+    (input `state`) plus the error of the lift.
     """
 
     def __init__(

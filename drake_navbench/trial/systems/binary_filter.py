@@ -24,7 +24,7 @@ class BinaryFilterState(FilterState):
 
 
 class BinaryFilter(MaskFilter):
-    """Throws a switch by the mask. As in Nav2 it is off at first, whatever the default state."""
+    """A switch set by the mask. As in Nav2 it is off at first, whatever the default state."""
 
     Kept: ClassVar[type[FilterState]] = BinaryFilterState
     AT_START = False

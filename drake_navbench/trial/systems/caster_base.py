@@ -40,10 +40,10 @@ class CasterBase(BasePorts, LeafSystem):
     """Two driven wheels and casters that roll without slip; ports as those of MobileBase.
 
     Input port `command` [v m/s, w rad/s, vy m/s], of which vy has no effect. Output port `state`
-    [x m, y m, yaw rad, v m/s, w rad/s, vy m/s], vy is 0. The discrete state, see
-    `kernels.casters`, is that at the end of the period that has begun. A tyre rolls on its radius
-    less its compression; the motor reckons with the full radius. Output port `geometry_pose` places
-    the frame that carries the footprint in SceneGraph.
+    [x m, y m, yaw rad, v m/s, w rad/s, vy m/s], vy is 0. The discrete state, see `kernels.casters`,
+    is the base's state at the end of the present period. A tyre rolls on its radius less its
+    compression; the motor reckons with the full radius. Output port `geometry_pose` places the
+    frame that carries the footprint in SceneGraph.
 
     rolling_resistance: rolling resistance of the casters' wheels, as a share of their load.
     """
@@ -124,7 +124,7 @@ class CasterBase(BasePorts, LeafSystem):
         context.SetDiscreteState(state)
 
     def set_state(self, context: Context, state: Array) -> None:
-        """Puts the robot into `state` (6,), that of the output; the casters stay as they are."""
+        """Sets the robot's state, (6,) as in the port `state`; the casters keep their angles."""
         own = context.get_discrete_state_vector().CopyToVector()
         own[:5] = state[:5]
         own[TOLD_V], own[TOLD_W] = state[3:5]

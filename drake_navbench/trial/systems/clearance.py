@@ -1,4 +1,4 @@
-"""The sampled clearance of the robot from obstacles: the true one, and that of the publication."""
+"""Samples the robot's distance to obstacles: the true clearance, and the publication's measure."""
 
 from __future__ import annotations
 

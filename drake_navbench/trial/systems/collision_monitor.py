@@ -29,7 +29,7 @@ class CollisionMonitorSystem(LeafSystem):
     ...], the odometry. Outputs `safe_command` [v m/s, w rad/s, vy m/s] and `monitor_state`
     (MonitorState).
 
-    period_s: period of the commands, each of which is checked once. footprint: (K, 2) padded, m.
+    period_s: period of the commands; each command is checked once. footprint: (K, 2) padded, m.
     """
 
     def __init__(

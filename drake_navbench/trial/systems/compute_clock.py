@@ -1,4 +1,4 @@
-"""The computing times of control cycles, and the lateness of commands by them."""
+"""The compute times of control cycles, and how late these make the commands."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TICKS_A_PERIOD = 4
 
 
 class ComputeClock:
-    """The clock that tells how late a cycle's command is, by the timing's `compute_time`.
+    """Computes how late a cycle's command is, by the rule `compute_time` of the robot's timing.
 
     logged: the times of all cycles of an earlier run of the trial, which replace measured ones.
     """

@@ -69,8 +69,8 @@ class ControllerServer(LeafSystem):
     Abstract parameter `seed_parameter` holds the trial's seed.
 
     Order of a cycle as in nav2_controller's computeControl: cancel, new path, wait for a current
-    costmap, cut of the path, goal test, progress test, command. A costmap is not current from the
-    request to clear it until its next update. The first cycle runs at `offset_s`.
+    costmap, cut of the path, goal test, progress test, command. From a request to clear the costmap
+    until its next update, the costmap is not current. The first cycle runs at `offset_s`.
 
     A controller ends its task in the state ERROR if its `step` raises anything but a
     ControllerError, or returns an invalid command or diagnostics that no log can hold.

@@ -44,9 +44,9 @@ class CostmapSystem(FloorAware):
     starts from the map alone.
 
     is_in_map: whether the costmap lies in the map's frame, else in the odometry's.
-    before_first_scan: the state of the layers until there is a scan, with a costmap or without.
-    floors: the layers of each floor of a mission; with them comes floor_clock. On a new floor
-    nothing has been seen yet.
+    before_first_scan: the state of the layers until there is a scan; it may have no costmap.
+    floors, floor_clock: the layers of each floor of a mission, and the instants of change; both or
+    neither. On a new floor nothing has been seen yet.
     """
 
     def __init__(

@@ -22,7 +22,7 @@ ODOMETRY_MESSAGE_PERIOD_S = 0.025
 
 
 class LateOdometry(FloorAware):
-    """The newest message of the odometry that has arrived; before any has, the first one sent.
+    """Outputs the newest odometry message that has arrived; before any has, the first one sent.
 
     Input `estimate` and output `late_estimate` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s]. A
     message is sent every 0.025 s from `offset_s` on; its latency follows from the seed and the
@@ -91,7 +91,7 @@ class CommandLink(LeafSystem):
     """The link that carries commands to the wheels: late, with losses, with a timeout at its end.
 
     Input `command` and output `arrived` [v m/s, w rad/s, vy m/s]: of the commands that have
-    arrived, the one sent last; standstill before any. A command is sent every `period_s` from
+    arrived, the one sent last; 0 before any has arrived. A command is sent every `period_s` from
     `offset_s` on, after the stage that makes it has run. Parameter `seed_parameter` holds the
     trial's seed. An arrival within a step of the integrator acts from about the middle of that step
     on.

@@ -26,7 +26,8 @@ class DepthSensors(ShapeSensors):
     the world frame. Glass is not seen. Abstract parameter 0 holds the world as Solids, so that a
     test can take a thing away.
 
-    floors: the surroundings seen on each floor of a mission; with them comes floor_clock.
+    floors, floor_clock: the surroundings seen on each floor of a mission, and the instants of
+    change; both or neither.
     """
 
     def __init__(

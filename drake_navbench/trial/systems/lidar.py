@@ -55,8 +55,8 @@ class Lidar(FloorAware):
     Bodies lower than the scanned plane, or of glass, are not seen. After a lost scan the last one
     stays. With a latency the output is the newest scan that has arrived.
 
-    floors: the surroundings seen on each floor of a mission; with them comes floor_clock. Scans of
-    one floor are forgotten on the next.
+    floors, floor_clock: the surroundings seen on each floor of a mission, and the instants of
+    change; both or neither. Scans of one floor are forgotten on the next.
     """
 
     def __init__(

@@ -21,9 +21,9 @@ class Localization(Diagram):
     Input `state` and output `estimate` are [x m, y m, yaw rad, v m/s, w rad/s, vy m/s] in the world
     frame. Abstract parameter `seed_parameter` holds the trial's seed. moves_sideways: whether the
     base moves sideways, so that vy is measured with noise. The noise is drawn at the start, at
-    `offset_s` and once a period after that. A system that reads the estimate in an unrestricted
-    update of the initialization, as the navigators do, gets the truth: Drake runs those before
-    discrete ones.
+    `offset_s` and once a period after that. Drake runs unrestricted updates before discrete ones,
+    so systems that read the estimate in an unrestricted update of the initialization, as the
+    navigators do, get the truth.
     """
 
     def __init__(

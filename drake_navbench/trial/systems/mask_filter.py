@@ -40,8 +40,8 @@ class MaskFilter(FloorAware):
     A subclass names the type of its state, `Kept`, and the value `AT_START`, which is in force
     again when the robot comes to another floor. Its `value_at` gives the value at a place.
 
-    floors: the mask of each floor of a mission, None for a floor without one; with them comes
-    floor_clock.
+    floors, floor_clock: the mask of each floor of a mission, None for a floor without one, and the
+    instants of change; both or neither.
     """
 
     Kept: ClassVar[type[FilterState]]

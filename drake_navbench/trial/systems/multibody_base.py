@@ -43,8 +43,8 @@ class MultibodyBase(BasePorts, Diagram):
     Input port `command` [v m/s, w rad/s, vy m/s], of which vy has no effect. Output port `state`
     [x m, y m, yaw rad, v m/s, w rad/s, vy m/s] of the model's base link. Output port
     `geometry_pose` places the frame that carries the footprint in the trial's SceneGraph; the
-    contact with the floor is found in a SceneGraph of the plant's own, which holds no more than the
-    floor and a ball a wheel: one point of contact each.
+    contact with the floor is found in a SceneGraph of the plant's own, which holds only the floor
+    and one ball for each wheel, so that each wheel has one point of contact.
 
     The motors' set speeds follow the command as the ideal base does. Motors, and the friction of
     swivels and wheels, are velocity controllers of joints with a limit on their torque, which the
@@ -101,7 +101,7 @@ class MultibodyBase(BasePorts, Diagram):
         self.set_state(context, np.concatenate([pose, np.zeros(STATE_SIZE - 3)]))
 
     def set_state(self, context: Context, state: Array) -> None:
-        """Puts the robot into `state` (6,), that of the output; the casters stay as they are."""
+        """Sets the robot's state, (6,) as in the port `state`; the casters keep their angles."""
         x, y, yaw, v, w, vy = state.tolist()
         own = self.GetMutableSubsystemContext(self._plant, context)
         joint = self._base_joint

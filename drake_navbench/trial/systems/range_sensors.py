@@ -31,8 +31,8 @@ class RangeSensors(ShapeSensors):
     `keep_s`, the oldest first; where the collision monitor takes none of these, the newest one that
     it takes comes before them. Abstract parameter 0 is the trial's seed.
 
-    keep_s: the longest period of a system that reads every reading. floors: the surroundings seen
-    on each floor of a mission; with them comes floor_clock.
+    keep_s: the longest period of a system that reads every reading. floors, floor_clock: the
+    surroundings seen on each floor of a mission, and the instants of change; both or neither.
     """
 
     def __init__(

@@ -55,8 +55,8 @@ class Recording:
 
     rows: the pieces of each sample, in the order of `RECORDED_COLUMNS`, and after them the pose of
         the world in the odometry's frame, where the odometry has one.
-    costmaps: every update of the local costmap that a sample saw. people: their states, (P, 3),
-    ten times a second.
+    costmaps: every update of the local costmap that a sample saw. people: their poses (P, 3), x m,
+        y m, yaw rad, ten times a second.
     noted_cycle: the last control cycle whose diagnostics were kept. arrays_due_s: time from
     which their arrays are kept again, s.
     """

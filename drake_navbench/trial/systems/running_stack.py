@@ -1,4 +1,4 @@
-"""Hosts a navigation stack that runs outside, gets the sensors' readings and commands the base.
+"""Hosts a navigation stack that runs outside: it gets the sensors' readings, drives the base.
 
 In a trial it stands in place of the navigator, the controller server and the costmaps. What the
 stack remembers is not in the Context, so such a trial is no function of its inputs.

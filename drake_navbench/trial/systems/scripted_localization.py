@@ -90,9 +90,9 @@ class ScriptedLocalization(FloorAware):
     and the jump, and sets `map_from_odometry` so that the robot was there; without fixes only a
     change of bias or jump moves it.
 
-    With `wheel_odometry` the odometry's pose and speed are computed from the turns of the wheels:
-    input `wheel_gains` (2,), where it is connected, is the speed over the floor a wheel speed of
-    the left and the right wheel, which are `wheel_separation_m` apart.
+    With `wheel_odometry` the odometry's pose and speed are computed from the turns of the wheels,
+    which are `wheel_separation_m` apart. Input `wheel_gains` (2,) is `gains` of SlippingWheels (not
+    connected: 1).
 
     floor_clock: where there are several floors. On another one the odometry goes on as if nothing
     had happened, and a fix finds the pose there, off by the error of the lift as well.

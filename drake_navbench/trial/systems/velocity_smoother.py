@@ -21,7 +21,7 @@ class VelocitySmootherSystem(LeafSystem):
     Inputs `command` [v m/s, w rad/s, vy m/s] and `estimate` [x m, y m, yaw rad, v m/s, w rad/s, vy
     m/s], whose velocity CLOSED_LOOP starts from (Nav2 takes a mean over odom_duration). Output
     `smoothed_command` [v m/s, w rad/s, vy m/s]. A command here is a signal that holds until it
-    changes, and not a message, so it never grows older than velocity_timeout.
+    changes, not a message, so velocity_timeout never expires.
     """
 
     def __init__(self, parameters: VelocitySmootherParameters, *, offset_s: float) -> None:

@@ -24,7 +24,7 @@ class Wheelchair(MobileBase):
     """A differential base with a first-order velocity response; see MobileBase for its ports.
 
     Continuous state [x m, y m, yaw rad, v m/s, w rad/s] in the world frame. The command is
-    saturated to the drive's limits; its vy has no effect, and that of the state is 0.
+    saturated to the drive's limits; its vy has no effect, and the state's vy is 0.
     """
 
     def __init__(

@@ -35,8 +35,8 @@ from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.noise import NoiseKey
-from drake_navbench.logs.log import Outcome
 from drake_navbench.logs.log_columns import UNREPEATABLE_COLUMNS
+from drake_navbench.logs.outcome import Outcome
 
 HERE = Path(__file__).parent
 EXAMPLES = Path(__file__).parents[3] / "examples" / "external_controllers"

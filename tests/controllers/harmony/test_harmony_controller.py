@@ -26,7 +26,7 @@ from drake_navbench.controllers.harmony.scene import make_start
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.kernels.footprint import circle_footprint, footprint_radii
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 
 OUTLINE = np.array([[0.86, 0.31], [0.86, -0.31], [-0.26, -0.31], [-0.26, 0.31]])
 

@@ -24,7 +24,7 @@ from drake_navbench.controllers.harmony.scene import make_start
 from drake_navbench.controllers.harmony.way import must_back_up, way_along
 from drake_navbench.kernels.distance_field import distance_field, sample_distance
 from drake_navbench.kernels.path_geometry import path_from_polyline, path_length
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 
 HERE, PLAN, CLEARANCE_M = np.zeros(2), straight(2.5), 0.4
 # Across the path, and a way past its left end that is 0.4 m long besides the path.

@@ -24,7 +24,7 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import Scenario
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.studies.gymnasium.environment import NavigationEnvironment
 from drake_navbench.studies.gymnasium.policy_view import PolicyView
 from drake_navbench.trial.column_controller import make_controller

@@ -9,7 +9,7 @@ from drake_navbench.controllers.teb.passage import Passage, plan_passage
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.kernels.distance_field import distance_field, path_clearance
 from drake_navbench.kernels.grid import FREE, LETHAL, Costmap
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.typed_files.typed_yaml import validate
 
 DISC = np.array([[0.0, 0.2]])

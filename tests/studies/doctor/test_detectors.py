@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.studies.doctor import drives
 from drake_navbench.studies.doctor.detectors import DETECTORS, severities
 from drake_navbench.studies.doctor.drives import Drive, drive_of

@@ -106,7 +106,7 @@ def test_a_loss_that_is_not_decided_is_green_and_listed():
     # 4 of 4 one way: p 0.125, whatever else is tested.
     result = _gate(_trials(), _trials(outcome=_ending(4, "aborted")))
     assert result.light is Light.GREEN
-    told = to_markdown(result).partition("## Losses that are not decided")[2]
+    told = to_markdown(result).partition("## Losses that so few trials do not decide")[2]
     assert "success_rate undecided: 100 -> 93.75 % (-6.25 [-15.2, +1.42] in 64 pairs, " in told
     # 6 pairs of one sign have p 2^-5, 7 have 2^-6, which is below 3%; a sixteenth of 112 is 7.
     assert "needs at least 7 pairs that differ one way, a change of this size about 112" in told
@@ -131,7 +131,7 @@ def test_a_green_gate_says_what_it_would_have_seen():
     (finding,) = (f for f in result.judged.findings if f.quantity.name == "time_to_goal_s")
     text = to_markdown(result)
     assert text.startswith("# Nav2 gate: green\n")
-    seen = text.partition("What would have been seen")[2]
+    seen = text.partition("The smallest changes that would be seen")[2]
     assert "A trial that ends in an error turns the gate red. So do 7 trials" in seen
     # One test of a listed metric has noise, and so all of its family's 1%.
     assert f" {detectable_difference(finding.comparison.sd, PAIRS, 0.01):.2g} |" in seen
