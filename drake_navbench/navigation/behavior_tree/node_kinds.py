@@ -39,6 +39,7 @@ from drake_navbench.navigation.behavior_tree.decorators import (
     KeepRunningUntilFailure,
     Repeat,
     RetryUntilSuccessful,
+    SequenceStar,
     SequenceWithMemory,
 )
 from drake_navbench.navigation.behavior_tree.leaves import (
@@ -78,6 +79,7 @@ from drake_navbench.navigation.behavior_tree.planning_leaves import (
 )
 from drake_navbench.navigation.behavior_tree.pose_node_kinds import POSE_NODE_KINDS
 from drake_navbench.navigation.behavior_tree.tree_node import TreeNode
+from drake_navbench.plugins.releases import Release
 
 COSTMAPS = ("local", "global")
 
@@ -176,8 +178,10 @@ def _always(result: Status) -> NodeKind:
     return NodeKind(lambda name, a, _, board: AlwaysEnds(name, result))
 
 
-def _round_robin(name: str, a: Attributes, children: Sequence[TreeNode], _: Board) -> TreeNode:
-    return RoundRobinNode(name, children, wrap_around=a.flag("wrap_around", False))
+def _round_robin(name: str, a: Attributes, children: Sequence[TreeNode], board: Board) -> TreeNode:
+    # Before Lyrical the node always wraps around.
+    wraps = a.flag("wrap_around", board.release < Release.LYRICAL)
+    return RoundRobinNode(name, children, wrap_around=wraps)
 
 
 def _is_goal_nearby(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
@@ -205,7 +209,7 @@ def _truncate(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> 
 
 
 def _truncate_local(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
-    for attribute in ("robot_frame", "robot_base_frame", "transform_tolerance"):
+    for attribute in ("robot_frame", "transform_tolerance"):
         a.text(attribute)
     return TruncatePathLocal(
         name,
@@ -337,7 +341,7 @@ NODE_KINDS: Mapping[str, NodeKind] = {
     "Repeat": _again(Repeat, "num_cycles"),
     "RetryUntilSuccessful": _again(RetryUntilSuccessful, "num_attempts"),
     "SequenceWithMemory": _plain(SequenceWithMemory, None),
-    "SequenceStar": _plain(SequenceWithMemory, None),
+    "SequenceStar": _plain(SequenceStar, None),
     "AlwaysSuccess": _always(Status.SUCCESS),
     "AlwaysFailure": _always(Status.FAILURE),
     "TimeExpired": NodeKind(_time_expired),
