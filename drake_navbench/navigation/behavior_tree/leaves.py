@@ -139,9 +139,26 @@ class ValidatePath(Leaf):
         """Asks the planner's validity service; an empty path is not valid."""
         path = self._path()
         is_valid = path is not None and self.board.is_path_valid(
-            path, self.board.inputs.global_costmap, **self._limits
+            self._checked(path), self.board.inputs.global_costmap, **self._limits
         )
         return Status.SUCCESS if is_valid else Status.FAILURE
+
+    def _checked(self, path: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Returns the part of a path that must be free: all of it."""
+        return path
+
+
+class IsPathValid(ValidatePath):
+    """ValidatePath of the releases before Lyrical: what lies behind the robot is not checked.
+
+    The check begins at the pose nearest to the robot, the first of equals; Nav2 compares distances
+    in single precision.
+    """
+
+    def _checked(self, path: NDArray[np.float64]) -> NDArray[np.float64]:
+        pose = self.board.inputs.pose
+        distances_m = np.hypot(path[:, 0] - pose[0], path[:, 1] - pose[1])
+        return path[int(np.argmin(distances_m.astype(np.float32))) :]
 
 
 class FollowPath(Leaf):

@@ -52,6 +52,7 @@ from drake_navbench.navigation.behavior_tree.leaves import (
     GlobalUpdatedGoal,
     GoalUpdated,
     IsGoalNearby,
+    IsPathValid,
     RunBehavior,
     ValidatePath,
     WouldRecoveryHelp,
@@ -272,14 +273,17 @@ def _goal_reached(name: str, a: Attributes, _: Sequence[TreeNode], board: Board)
     return GoalReached(name, board, goal=a.source("goal", GOAL, is_needed=True))
 
 
-def _validate(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
-    return ValidatePath(
-        name,
-        board,
-        source=a.source("path"),
-        max_cost=a.count("max_cost", LETHAL),
-        consider_unknown_as_obstacle=a.flag("consider_unknown_as_obstacle", False),
-    )
+def _validate(node: type[ValidatePath]) -> NodeKind:
+    def make(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
+        return node(
+            name,
+            board,
+            source=a.source("path"),
+            max_cost=a.count("max_cost", LETHAL),
+            consider_unknown_as_obstacle=a.flag("consider_unknown_as_obstacle", False),
+        )
+
+    return NodeKind(make)
 
 
 def _clear(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
@@ -366,8 +370,8 @@ NODE_KINDS: Mapping[str, NodeKind] = {
     "IsGoalNearby": NodeKind(_is_goal_nearby),
     "TruncatePath": NodeKind(_truncate),
     "TruncatePathLocal": NodeKind(_truncate_local),
-    "ValidatePath": NodeKind(_validate),
-    "IsPathValid": NodeKind(_validate),
+    "ValidatePath": _validate(ValidatePath),
+    "IsPathValid": _validate(IsPathValid),
     "ClearEntireCostmap": NodeKind(_clear),
     "WouldAPlannerRecoveryHelp": _would_help(COMPUTE_PATH),
     "WouldAControllerRecoveryHelp": _would_help(FOLLOW_PATH),

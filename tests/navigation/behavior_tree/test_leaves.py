@@ -17,6 +17,7 @@ from drake_navbench.navigation.behavior_tree.leaves import (
     GlobalUpdatedGoal,
     GoalUpdated,
     IsGoalNearby,
+    IsPathValid,
     RunBehavior,
     ValidatePath,
     WouldRecoveryHelp,
@@ -113,6 +114,16 @@ def test_only_a_path_that_is_there_and_free_is_valid():
     assert tick(ValidatePath("n", shared)) == Status.SUCCESS
     shared.is_path_valid = lambda path, costmap, **limits: False
     assert tick(ValidatePath("n", shared)) == Status.FAILURE
+
+
+@pytest.mark.parametrize(("node", "first_x"), [(ValidatePath, 0.0), (IsPathValid, 0.4)])
+def test_before_lyrical_what_lies_behind_the_robot_is_not_checked(node, first_x):
+    checked = []
+    shared = board(path=straight_plan(1.0, 0.2))
+    shared.inputs = replace(shared.inputs, pose=np.array([0.45, 0.1, 0.0]))
+    shared.is_path_valid = lambda path, costmap, **limits: checked.append(path[0, 0]) is None
+    assert tick(node("n", shared, source="path")) == Status.SUCCESS
+    assert checked == [pytest.approx(first_x)]
 
 
 def test_a_failed_plan_empties_the_path_and_keeps_the_code():
