@@ -7,6 +7,7 @@ Source: nav2_behavior_tree, branch lyrical.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -87,7 +88,8 @@ class GoalUpdated(Leaf):
 class IsGoalNearby(Leaf):
     """Success when the rest of the path is shorter than a threshold.
 
-    The robot's place on the path is searched from the last one found, over a limited length.
+    The robot's place on the path is searched from the last one found, over a limited length, or,
+    with search_distance_m infinity, on the whole path.
     """
 
     MEMORY = ("path", "begin")
@@ -112,7 +114,7 @@ class IsGoalNearby(Leaf):
         path = self._path()
         if path is None:
             return Status.FAILURE
-        if path is not self.path:
+        if path is not self.path or math.isinf(self._search_distance_m):
             self.path, self.begin = path, 0
         steps_m = np.hypot(*np.diff(path[self.begin :, :2], axis=0).T)
         count = 1 + int(np.count_nonzero(np.cumsum(steps_m) <= self._search_distance_m))

@@ -188,8 +188,8 @@ def _round_robin(name: str, a: Attributes, children: Sequence[TreeNode], board: 
 def _is_goal_nearby(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
     threshold_m = a.number("proximity_threshold", 1.0)
     search_distance_m = a.number("max_robot_pose_search_dist", -1.0)
-    if search_distance_m <= 0.0:
-        raise a.fault("max_robot_pose_search_dist: expected a number above 0")
+    if search_distance_m < 0.0:
+        search_distance_m = math.inf
     return IsGoalNearby(
         name,
         board,

@@ -8,6 +8,8 @@ from py_trees.common import Status
 from scenes import straight_plan
 
 from drake_navbench.navigation.behavior_tree.board import Board, TickInputs
+from drake_navbench.navigation.behavior_tree.builder import build_tree
+from drake_navbench.navigation.behavior_tree.description import NodeDescription
 from drake_navbench.navigation.behavior_tree.leaves import (
     COMPUTE_PATH,
     FOLLOW_PATH,
@@ -94,6 +96,16 @@ def test_the_robot_is_looked_for_from_where_it_was_last_found():
     node = IsGoalNearby("n", shared, threshold_m=4.0, search_distance_m=1.5)
     # 0.5 m from the start on the way out 5.7 m are left, on the way home only 0.5 m.
     see(shared, pose=np.array([0.5, 0.19, 0.0]))
+    assert tick(node) == Status.FAILURE
+
+
+def test_by_default_the_robot_is_looked_for_on_the_whole_path():
+    out = straight_plan(3.0, 0.1)
+    shared = board(path=np.vstack([out, out[::-1] + np.array([0.0, 0.2, np.pi])]))
+    node = build_tree(NodeDescription(node="IsGoalNearby"), shared)
+    see(shared, pose=np.array([0.5, 0.19, 0.0]))
+    assert tick(node) == Status.SUCCESS
+    see(shared, pose=np.array([0.5, 0.0, 0.0]))
     assert tick(node) == Status.FAILURE
 
 
