@@ -43,6 +43,7 @@ class ReactiveNode(ControlNode):
 
     def _run(self) -> Generator[Behaviour, None, Status]:
         for child in self.children:
+            assert isinstance(child, TreeNode)  # A tree has no others.
             has_ended = child.status in (Status.SUCCESS, Status.FAILURE)
             yield from child.tick_anew() if has_ended else child.tick()
             if child.status == Status.RUNNING:
