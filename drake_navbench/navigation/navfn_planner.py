@@ -112,7 +112,9 @@ class NavfnPlanner:
         release = self.parameters.nav2_release
         is_refused = release is Release.IRON or (release is Release.HUMBLE and is_at_goal)
         if is_refused and costmap.costs[start_cell[1], start_cell[0]] == LETHAL:
-            raise StartOccupied(f"start: its cell is lethal, and {release} plans nothing from there")
+            raise StartOccupied(
+                f"start: its cell is lethal, and {release} plans nothing from there"
+            )
 
     def _path(self, costmap: Costmap, start: Array, goal: Array) -> Array:
         """Returns the path (N, 3), N at least 2, to the goal or near it; raises a PlanningError."""

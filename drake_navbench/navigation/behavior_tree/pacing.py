@@ -233,11 +233,10 @@ class PathLongerOnApproach(ControlNode):
     def _run(self) -> Run:
         (child,), values = self.children, self._board.values
         before, path = self.path, values.paths.get(self._source)
-        same_goal = before is not None and path is not None and np.array_equal(before[-1], path[-1])
         is_iron = self._board.release is Release.IRON
+        same_goal = before is not None and path is not None and np.array_equal(before[-1], path[-1])
         self.is_first |= not self.is_active if is_iron else not same_goal
-        if same_goal and not self.is_first:
-            assert before is not None and path is not None
+        if before is not None and path is not None and same_goal and not self.is_first:
             # Iron compares whole paths, with the stamp of the plan; the others numbers of poses.
             is_planned = values.plan_count != self.plan_id
             is_updated = len(before) != len(path) or (is_iron and is_planned)

@@ -59,10 +59,10 @@ class TruncatePath(PathCut):
 class TruncatePathLocal(PathCut):
     """Cuts a path to the part around the robot: some way before and behind it.
 
-    forward_m: length kept ahead of the robot; negative: all of it, up to Kilted one pose. angle_weight_m: the m that 1 rad
-    of difference in heading adds to the distance, in the search for the pose nearest to the robot.
-    search_distance_m: length of the path that is searched, from the robot's last place on it;
-    infinity searches all of it.
+    forward_m: length kept ahead of the robot; negative: all of it, up to Kilted one pose.
+    angle_weight_m: the m that 1 rad of difference in heading adds to the distance, in the search
+    for the pose nearest to the robot. search_distance_m: length of the path that is searched, from
+    the robot's last place on it; infinity searches all of it.
     """
 
     MEMORY = ("path", "begin")
