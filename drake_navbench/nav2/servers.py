@@ -47,7 +47,7 @@ Fields = dict[str, Any]
 
 NAVFN = "nav2_navfn_planner::NavfnPlanner"
 # Fields of a planner that no Nav2 file has.
-NOT_NAV2S = {"plugin", "expansions_per_second"}
+NOT_NAV2S = {"plugin", "expansions_per_second", RELEASE_FIELD}
 TURNING_RADIUS = "minimum_turning_radius"
 SIMPLE_SMOOTHER = SimpleSmoother.nav2_plugin
 DEFAULT_SMOOTHER = "simple_smoother"
@@ -128,7 +128,8 @@ def _planner(
         return _hybrid_planner(reader, name, release, cell_m)
     if model is not SmacPlanner2DParameters:
         names = [field for field in model.model_fields if field not in NOT_NAV2S]
-        return reader.block(model, f"{name}.", names=names)
+        rules = {RELEASE_FIELD: str(release)} if RELEASE_FIELD in model.model_fields else {}
+        return reader.block(model, f"{name}.", names=names) | rules
     ours = {*_classic({}), *NOT_NAV2S}
     names = [field for field in model.model_fields if field not in ours]
     return _classic(reader.block(model, f"{name}.", names=names))

@@ -4,14 +4,14 @@ The function spreads from the start; the path runs down its slope from the goal 
 
 Nav2's NavFn takes the lattice point nearest to a pose as the pose's cell; a costmap takes the
 square that holds the pose. So paths lie half a cell to the lower left of the costs. In the last
-half cell before the map's right or upper edge the lattice point is off the map. Beyond the right
-edge it is the first cell of the next row, as in Nav2. Beyond the upper edge Nav2 reads and writes
-memory that is not the map's; here such a start is refused, and such a goal is not reached.
+half cell before the map's right or upper edge the lattice point is off the map; Humble refuses it.
+Beyond the right edge it is the first cell of the next row since Iron. Beyond the upper edge Nav2
+then reads and writes memory that is not the map's; here such a start is refused, and such a goal is
+not reached.
 
 Nav2 frees the start's cell in the costmap for good; here the costmap stays as it is.
-Source: nav2_navfn_planner (NavfnPlanner), branch lyrical. Before it, max_cycles_factor is fixed at
-its default; humble has no codes for failures, and adds the goal as a further pose also where the
-path ends at its position.
+Source: nav2_navfn_planner (NavfnPlanner), branches humble to lyrical. Before Lyrical
+max_cycles_factor is fixed at its default; Humble has no codes for failures.
 """
 
 from __future__ import annotations
@@ -29,13 +29,15 @@ from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import LETHAL, Costmap
 from drake_navbench.navigation.planner import (
     GoalOccupied,
+    GoalOutsideMapBounds,
     NoValidPathCouldBeFound,
+    StartOccupied,
     StartOutsideMapBounds,
     as_pose,
     cells_of_request,
     outside_map,
 )
-from drake_navbench.plugins.releases import ReadBy, Release, since
+from drake_navbench.plugins.releases import NEWEST_RELEASE, ReadBy, Release, since
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 # Within this of the goal, the path's last position becomes the goal's, m^2.
@@ -52,6 +54,11 @@ class NavfnPlannerParameters(FrozenModel):
     }
 
     plugin: Literal["nav2_navfn_planner::NavfnPlanner"] = "nav2_navfn_planner::NavfnPlanner"
+    nav2_release: Release = Field(
+        NEWEST_RELEASE,
+        description="Nav2 release whose rules apply: Iron refuses a start on a lethal cell; up to "
+        "Iron the goal is a further pose even where the path ends at its position.",
+    )
     tolerance: float = Field(
         0.5,
         ge=0.0,
@@ -84,9 +91,11 @@ class NavfnPlanner:
     def plan(self, costmap: Costmap, start: ArrayLike, goal: ArrayLike) -> Array:
         """See `Planner.plan`. Raises GoalOccupied only where the tolerance is 0."""
         start, goal = as_pose(start, "start"), as_pose(goal, "goal")
-        _, (column, row) = cells_of_request(costmap, start, goal)
+        start_cell, (column, row) = cells_of_request(costmap, start, goal)
         parameters = self.parameters
-        if parameters.tolerance == 0.0 and costmap.costs[row, column] == LETHAL:
+        self._check_start(costmap, start_cell, is_at_goal=np.array_equal(start[:2], goal[:2]))
+        is_checked = parameters.tolerance == 0.0 and parameters.nav2_release > Release.HUMBLE
+        if is_checked and costmap.costs[row, column] == LETHAL:
             raise GoalOccupied("goal: its cell is lethal, and tolerance is 0")
         if np.array_equal(start[:2], goal[:2]):
             keeps_start_yaw = parameters.use_final_approach_orientation
@@ -96,15 +105,29 @@ class NavfnPlanner:
             path[-1, 2] = _final_direction(path)
         return path
 
+    def _check_start(
+        self, costmap: Costmap, start_cell: tuple[int, int], *, is_at_goal: bool
+    ) -> None:
+        """Raises StartOccupied where the release plans nothing from a lethal cell (column, row)."""
+        release = self.parameters.nav2_release
+        is_refused = release is Release.IRON or (release is Release.HUMBLE and is_at_goal)
+        if is_refused and costmap.costs[start_cell[1], start_cell[0]] == LETHAL:
+            raise StartOccupied(
+                f"start: its cell is lethal, and {release} plans nothing from there"
+            )
+
     def _path(self, costmap: Costmap, start: Array, goal: Array) -> Array:
         """Returns the path (N, 3), N at least 2, to the goal or near it; raises a PlanningError."""
         parameters = self.parameters
         rows, columns = costmap.costs.shape
         frame = (costmap.origin_x, costmap.origin_y, costmap.resolution)
-        seed_x, seed_y, *_ = navfn.nearest_cell(start[0], start[1], *frame, columns, rows)
-        if seed_y * columns + seed_x >= costmap.costs.size:
+        seed_x, seed_y, is_on_map = navfn.nearest_cell(start[0], start[1], *frame, columns, rows)
+        is_humble = parameters.nav2_release is Release.HUMBLE
+        if seed_y * columns + seed_x >= costmap.costs.size or (is_humble and not is_on_map):
             raise outside_map(costmap, start, StartOutsideMapBounds, "start")
-        goal_x, goal_y, *_ = navfn.nearest_cell(goal[0], goal[1], *frame, columns, rows)
+        goal_x, goal_y, is_on_map = navfn.nearest_cell(goal[0], goal[1], *frame, columns, rows)
+        if is_humble and not is_on_map:
+            raise outside_map(costmap, goal, GoalOutsideMapBounds, "goal")
         potential = navfn.spread_potential(
             navfn.traversal_costs(costmap.costs, allow_unknown=parameters.allow_unknown),
             seed_x,
@@ -131,7 +154,9 @@ class NavfnPlanner:
         )
         if len(steps) == 0:
             raise NoValidPathCouldBeFound("goal: reached, but no path leads back from it")
-        return _with_end(_as_poses(costmap, steps), np.array([end_x, end_y, goal[2]]))
+        end = np.array([end_x, end_y, goal[2]])
+        repeats_end = parameters.nav2_release <= Release.IRON
+        return _with_end(_as_poses(costmap, steps), end, repeats_end=repeats_end)
 
 
 def _as_poses(costmap: Costmap, steps: NDArray[np.float32]) -> Array:
@@ -142,9 +167,10 @@ def _as_poses(costmap: Costmap, steps: NDArray[np.float32]) -> Array:
     return path
 
 
-def _with_end(path: Array, end: Array) -> Array:
+def _with_end(path: Array, end: Array, *, repeats_end: bool) -> Array:
     """Returns the path with a pose as its end: in place of the last one, or after it.
 
+    repeats_end: after it also where the last one is at the same position.
     (NavfnPlanner::smoothApproachToGoal)
     """
 
@@ -154,7 +180,8 @@ def _with_end(path: Array, end: Array) -> Array:
 
     if len(path) >= 2:
         passes_end = squared_distance(path[-1], path[-2]) > squared_distance(end, path[-2])
-        if passes_end or squared_distance(path[-1], end) < SAME_POSITION_M2:
+        is_there = squared_distance(path[-1], end) < SAME_POSITION_M2 and not repeats_end
+        if passes_end or is_there:
             path[-1] = end
             return path
     return np.concatenate([path, end[None]])

@@ -182,6 +182,15 @@ def test_only_lyrical_reads_how_long_navfns_path_may_be(read_as):
     assert of_each(factor) == [4, 4, 4, 4, 9]
 
 
+def test_navfn_plans_by_the_rules_of_the_files_release(read_as):
+    text = "planner_plugins: [P], P: {plugin: 'nav2_navfn_planner/NavfnPlanner'}"
+
+    def rules(release):
+        return read_as(release, "planner_server", text).robot.navigation.planner.nav2_release
+
+    assert of_each(rules) == list(Release)
+
+
 def of_global_costmap(tmp_path, release: str, parameters: str) -> Nav2Setup:
     file = tmp_path / "nav2.yaml"
     file.write_text(f"global_costmap: {{global_costmap: {{ros__parameters: {{{parameters}}}}}}}\n")

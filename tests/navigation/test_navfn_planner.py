@@ -10,9 +10,12 @@ from drake_navbench.kernels.grid import Costmap
 from drake_navbench.navigation.navfn_planner import NavfnPlanner, NavfnPlannerParameters
 from drake_navbench.navigation.planner import (
     GoalOccupied,
+    GoalOutsideMapBounds,
     NoValidPathCouldBeFound,
+    StartOccupied,
     StartOutsideMapBounds,
 )
+from drake_navbench.plugins.releases import Release
 
 RESOLUTION_M = 0.1
 LETHAL, UNKNOWN = 254, 255
@@ -93,6 +96,36 @@ def test_a_lethal_goal_is_occupied_only_where_there_is_no_tolerance():
     assert len(plan(costs, (1.0, 2.0, 0.0), (3.01, 2.01, 0.0)))
 
 
+def test_humble_does_not_look_at_a_lethal_goal_but_at_the_point_of_the_lattice():
+    # The point nearest to (3.06, 2.06) is the corner of the next cell, which is free.
+    costs = free()
+    costs[20, 30] = LETHAL
+    request = {"start": (1.0, 2.0, 0.0), "goal": (3.06, 2.06, 0.0), "tolerance": 0.0}
+    assert len(plan(costs, **request, nav2_release="humble"))
+    with pytest.raises(GoalOccupied):
+        plan(costs, **request, nav2_release="iron")
+
+
+@pytest.mark.parametrize("release", list(Release))
+@pytest.mark.parametrize("goal", [(3.0, 2.0, 0.0), (1.0, 2.0, 0.5)])
+def test_iron_plans_nothing_from_a_lethal_cell(release, goal):
+    costs, start = free(), (1.0, 2.0, 0.0)
+    costs[20, 10] = LETHAL
+    is_refused = {Release.IRON: True, Release.HUMBLE: goal[:2] == start[:2]}
+    if is_refused.get(release, False):
+        with pytest.raises(StartOccupied, match=f"lethal, and {release} plans nothing"):
+            plan(costs, start, goal, nav2_release=release)
+    else:
+        np.testing.assert_array_equal(plan(costs, start, goal, nav2_release=release)[-1], goal)
+
+
+@pytest.mark.parametrize(("release", "count"), [("humble", 2), ("iron", 2), ("jazzy", 1)])
+def test_up_to_iron_a_goal_on_the_last_position_is_a_further_pose(release, count):
+    path = plan(free(), (1.0, 2.0, 0.0), (3.0, 2.0, 0.7), nav2_release=release)
+    at_goal = path[np.hypot(path[:, 0] - 3.0, path[:, 1] - 2.0) < 1e-9]
+    np.testing.assert_allclose(at_goal[:, 2], [0.0, 0.7][-count:])
+
+
 def test_unknown_cells_are_crossed_where_they_are_allowed():
     costs = free()
     costs[:, 30] = UNKNOWN
@@ -132,5 +165,7 @@ def test_in_the_uppermost_half_cell_a_start_is_refused_and_a_goal_not_reached():
         plan(free(), (1.0, 3.96, 0.0), (3.0, 2.0, 0.0))
     with pytest.raises(NoValidPathCouldBeFound):
         plan(free(), (1.0, 2.0, 0.0), (3.0, 3.96, 0.0), tolerance=0.05)
+    with pytest.raises(GoalOutsideMapBounds):
+        plan(free(), (1.0, 2.0, 0.0), (3.0, 3.96, 0.0), nav2_release="humble")
     path = plan(free(), (1.0, 2.0, 0.0), (3.0, 3.96, 0.0), tolerance=0.5)
     assert 3.4 < path[-1, 1] < 3.96

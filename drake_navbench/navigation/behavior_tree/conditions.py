@@ -58,13 +58,15 @@ class TimeExpired(Leaf):
 class PathExpiringTimer(Leaf):
     """Success once a path is older than `period_s`; another path begins the time anew.
 
-    Its memory survives its being idle, as in Nav2.
+    A new plan is another path, also where all poses are equal: it has another stamp. The memory
+    survives the node's being idle, as in Nav2.
     """
 
-    MEMORY = ("is_first", "start_s", "path")
+    MEMORY = ("is_first", "start_s", "path", "plan_id")
     is_first = True
     start_s = 0.0
     path: NDArray[np.float64] | None = None
+    plan_id = 0
 
     def __init__(self, name: str, board: Board, *, period_s: float, source: str = PATH) -> None:
         super().__init__(name, board, source=source)
@@ -72,13 +74,15 @@ class PathExpiringTimer(Leaf):
 
     def update(self) -> Status:
         """Tells whether the path is too old."""
-        now_s, path = self.board.inputs.now_s, self._path()
+        now_s, path, plan_id = self.board.inputs.now_s, self._path(), self.board.values.plan_count
+        is_planned = plan_id != self.plan_id
+        is_new = path is not self.path and (is_planned or not _are_equal(path, self.path))
+        self.path, self.plan_id = path, plan_id
         if self.is_first:
-            self.is_first, self.start_s, self.path = False, now_s, path
+            self.is_first, self.start_s = False, now_s
             return Status.FAILURE
-        if path is not self.path and not _are_equal(path, self.path):
+        if is_new:
             self.start_s = now_s
-        self.path = path
         if round(now_s - self.start_s, NANOSECOND_DIGITS) < self._period_s:
             return Status.FAILURE
         self.start_s = now_s

@@ -7,6 +7,7 @@ branch lyrical, and BehaviorTree.CPP 4.
 from __future__ import annotations
 
 from collections.abc import Generator, Sequence
+from typing import ClassVar
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -31,34 +32,41 @@ class FallbackNode(InOrderNode):
     GOES_ON_AFTER = Status.FAILURE
 
 
-class ReactiveSequenceNode(ControlNode):
+class ReactiveNode(ControlNode):
+    """Ticks its children in order, from the first on at every tick; ends as `InOrderNode` does.
+
+    A child that ended beside one that runs is idle at the next tick, as since BehaviorTree.CPP
+    3.8.6: GoalUpdated never succeeds there, TimeExpired and RateController begin anew.
+    """
+
+    GOES_ON_AFTER: ClassVar[Status]
+
+    def _run(self) -> Generator[Behaviour, None, Status]:
+        for child in self.children:
+            assert isinstance(child, TreeNode)  # A tree has no others.
+            has_ended = child.status in (Status.SUCCESS, Status.FAILURE)
+            yield from child.tick_anew() if has_ended else child.tick()
+            if child.status == Status.RUNNING:
+                _halt_others(self.children, child)
+            if child.status != self.GOES_ON_AFTER:
+                return child.status
+        return self.GOES_ON_AFTER
+
+
+class ReactiveSequenceNode(ReactiveNode):
     """As a sequence, but begins with the first child at every tick."""
 
-    def _run(self) -> Generator[Behaviour, None, Status]:
-        for child in self.children:
-            yield from child.tick()
-            if child.status == Status.RUNNING:
-                _halt_others(self.children, child)
-            if child.status != Status.SUCCESS:
-                return child.status
-        return Status.SUCCESS
+    GOES_ON_AFTER = Status.SUCCESS
 
 
-class ReactiveFallbackNode(ControlNode):
+class ReactiveFallbackNode(ReactiveNode):
     """As a fallback, but begins with the first child at every tick."""
 
-    def _run(self) -> Generator[Behaviour, None, Status]:
-        for child in self.children:
-            yield from child.tick()
-            if child.status == Status.RUNNING:
-                _halt_others(self.children, child)
-            if child.status != Status.FAILURE:
-                return child.status
-        return Status.FAILURE
+    GOES_ON_AFTER = Status.FAILURE
 
 
 def _halt_others(children: Sequence[Behaviour], running: Behaviour) -> None:
-    """Halts the other running children; conditions keep their status, to compare with next time."""
+    """Halts the other running children."""
     for child in children:
         if child is not running and child.status == Status.RUNNING:
             child.stop(Status.INVALID)

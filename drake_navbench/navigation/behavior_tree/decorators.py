@@ -137,7 +137,10 @@ class GoalUpdater(ControlNode):
 
 
 class SequenceWithMemory(InOrderNode):
-    """A sequence that after a failure goes on with the child that failed."""
+    """A sequence that after a failure or a halt goes on with the child that did not succeed.
+
+    It goes on there even after the end of the whole tree, as in BehaviorTree.CPP 4.
+    """
 
     GOES_ON_AFTER = Status.SUCCESS
 
@@ -145,3 +148,17 @@ class SequenceWithMemory(InOrderNode):
         """Makes the next run begin with the first child, but only after a success."""
         if new_status == Status.SUCCESS:
             self.index = 0
+
+
+class SequenceStar(SequenceWithMemory):
+    """SequenceWithMemory of BehaviorTree.CPP 3 (up to Iron), which forgets when it is halted."""
+
+    def terminate(self, new_status: Status) -> None:
+        """Makes the next run begin with the first child, but not after a failure."""
+        super().terminate(new_status)
+        if new_status == Status.INVALID and self.status == Status.RUNNING:
+            self.halt()
+
+    def halt(self) -> None:
+        """Makes the next run begin with the first child."""
+        self.index = 0

@@ -7,6 +7,7 @@ Source: nav2_behavior_tree, branch lyrical.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -87,7 +88,8 @@ class GoalUpdated(Leaf):
 class IsGoalNearby(Leaf):
     """Success when the rest of the path is shorter than a threshold.
 
-    The robot's place on the path is searched from the last one found, over a limited length.
+    The robot's place on the path is searched from the last one found, over a limited length, or,
+    with search_distance_m infinity, on the whole path.
     """
 
     MEMORY = ("path", "begin")
@@ -112,7 +114,7 @@ class IsGoalNearby(Leaf):
         path = self._path()
         if path is None:
             return Status.FAILURE
-        if path is not self.path:
+        if path is not self.path or math.isinf(self._search_distance_m):
             self.path, self.begin = path, 0
         steps_m = np.hypot(*np.diff(path[self.begin :, :2], axis=0).T)
         count = 1 + int(np.count_nonzero(np.cumsum(steps_m) <= self._search_distance_m))
@@ -139,9 +141,26 @@ class ValidatePath(Leaf):
         """Asks the planner's validity service; an empty path is not valid."""
         path = self._path()
         is_valid = path is not None and self.board.is_path_valid(
-            path, self.board.inputs.global_costmap, **self._limits
+            self._checked(path), self.board.inputs.global_costmap, **self._limits
         )
         return Status.SUCCESS if is_valid else Status.FAILURE
+
+    def _checked(self, path: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Returns the part of a path that must be free: all of it."""
+        return path
+
+
+class IsPathValid(ValidatePath):
+    """ValidatePath of the releases before Lyrical: what lies behind the robot is not checked.
+
+    The check begins at the pose nearest to the robot, the first of equals; Nav2 compares distances
+    in single precision.
+    """
+
+    def _checked(self, path: NDArray[np.float64]) -> NDArray[np.float64]:
+        pose = self.board.inputs.pose
+        distances_m = np.hypot(path[:, 0] - pose[0], path[:, 1] - pose[1])
+        return path[int(np.argmin(distances_m.astype(np.float32))) :]
 
 
 class FollowPath(Leaf):

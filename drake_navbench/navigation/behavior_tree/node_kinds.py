@@ -39,6 +39,7 @@ from drake_navbench.navigation.behavior_tree.decorators import (
     KeepRunningUntilFailure,
     Repeat,
     RetryUntilSuccessful,
+    SequenceStar,
     SequenceWithMemory,
 )
 from drake_navbench.navigation.behavior_tree.leaves import (
@@ -51,6 +52,7 @@ from drake_navbench.navigation.behavior_tree.leaves import (
     GlobalUpdatedGoal,
     GoalUpdated,
     IsGoalNearby,
+    IsPathValid,
     RunBehavior,
     ValidatePath,
     WouldRecoveryHelp,
@@ -78,6 +80,7 @@ from drake_navbench.navigation.behavior_tree.planning_leaves import (
 )
 from drake_navbench.navigation.behavior_tree.pose_node_kinds import POSE_NODE_KINDS
 from drake_navbench.navigation.behavior_tree.tree_node import TreeNode
+from drake_navbench.plugins.releases import Release
 
 COSTMAPS = ("local", "global")
 
@@ -176,15 +179,17 @@ def _always(result: Status) -> NodeKind:
     return NodeKind(lambda name, a, _, board: AlwaysEnds(name, result))
 
 
-def _round_robin(name: str, a: Attributes, children: Sequence[TreeNode], _: Board) -> TreeNode:
-    return RoundRobinNode(name, children, wrap_around=a.flag("wrap_around", False))
+def _round_robin(name: str, a: Attributes, children: Sequence[TreeNode], board: Board) -> TreeNode:
+    # Before Lyrical the node always wraps around.
+    wraps = a.flag("wrap_around", board.release < Release.LYRICAL)
+    return RoundRobinNode(name, children, wrap_around=wraps)
 
 
 def _is_goal_nearby(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
     threshold_m = a.number("proximity_threshold", 1.0)
     search_distance_m = a.number("max_robot_pose_search_dist", -1.0)
-    if search_distance_m <= 0.0:
-        raise a.fault("max_robot_pose_search_dist: expected a number above 0")
+    if search_distance_m < 0.0:
+        search_distance_m = math.inf
     return IsGoalNearby(
         name,
         board,
@@ -205,7 +210,7 @@ def _truncate(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> 
 
 
 def _truncate_local(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
-    for attribute in ("robot_frame", "robot_base_frame", "transform_tolerance"):
+    for attribute in ("robot_frame", "transform_tolerance"):
         a.text(attribute)
     return TruncatePathLocal(
         name,
@@ -268,14 +273,17 @@ def _goal_reached(name: str, a: Attributes, _: Sequence[TreeNode], board: Board)
     return GoalReached(name, board, goal=a.source("goal", GOAL, is_needed=True))
 
 
-def _validate(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
-    return ValidatePath(
-        name,
-        board,
-        source=a.source("path"),
-        max_cost=a.count("max_cost", LETHAL),
-        consider_unknown_as_obstacle=a.flag("consider_unknown_as_obstacle", False),
-    )
+def _validate(node: type[ValidatePath]) -> NodeKind:
+    def make(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
+        return node(
+            name,
+            board,
+            source=a.source("path"),
+            max_cost=a.count("max_cost", LETHAL),
+            consider_unknown_as_obstacle=a.flag("consider_unknown_as_obstacle", False),
+        )
+
+    return NodeKind(make)
 
 
 def _clear(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
@@ -337,7 +345,7 @@ NODE_KINDS: Mapping[str, NodeKind] = {
     "Repeat": _again(Repeat, "num_cycles"),
     "RetryUntilSuccessful": _again(RetryUntilSuccessful, "num_attempts"),
     "SequenceWithMemory": _plain(SequenceWithMemory, None),
-    "SequenceStar": _plain(SequenceWithMemory, None),
+    "SequenceStar": _plain(SequenceStar, None),
     "AlwaysSuccess": _always(Status.SUCCESS),
     "AlwaysFailure": _always(Status.FAILURE),
     "TimeExpired": NodeKind(_time_expired),
@@ -362,8 +370,8 @@ NODE_KINDS: Mapping[str, NodeKind] = {
     "IsGoalNearby": NodeKind(_is_goal_nearby),
     "TruncatePath": NodeKind(_truncate),
     "TruncatePathLocal": NodeKind(_truncate_local),
-    "ValidatePath": NodeKind(_validate),
-    "IsPathValid": NodeKind(_validate),
+    "ValidatePath": _validate(ValidatePath),
+    "IsPathValid": _validate(IsPathValid),
     "ClearEntireCostmap": NodeKind(_clear),
     "WouldAPlannerRecoveryHelp": _would_help(COMPUTE_PATH),
     "WouldAControllerRecoveryHelp": _would_help(FOLLOW_PATH),

@@ -20,7 +20,9 @@ from drake_navbench.navigation.behavior_tree.tree_node import (
     NANOSECOND_DIGITS,
     ControlNode,
     TreeNode,
+    make_idle,
 )
+from drake_navbench.plugins.releases import Release
 
 Run = Generator[Behaviour, None, Status]
 # The time over which Nav2's navigator averages the odometry, s.
@@ -203,10 +205,11 @@ class PathLongerOnApproach(ControlNode):
     """Ticks its child where, near the goal, a new path to the same goal is much longer.
 
     Near: the path before was shorter than `near_m`; much longer: `factor` times as long. Otherwise
-    the node succeeds. Its memory survives its being idle, as in Nav2. source: the path's variable.
+    the node succeeds; a child that runs then is neither ticked nor halted, as in Nav2. Its memory
+    survives its being idle, but in Iron. source: the path's variable.
     """
 
-    MEMORY = ("path", "is_first")
+    MEMORY = ("path", "is_first", "plan_id")
 
     def __init__(
         self,
@@ -225,26 +228,46 @@ class PathLongerOnApproach(ControlNode):
         self._factor = factor
         self.path: NDArray[np.float64] | None = None
         self.is_first = True
+        self.plan_id = 0
 
     def _run(self) -> Run:
-        (child,) = self.children
-        before, path = self.path, self._board.values.paths.get(self._source)
-        if before is None or path is None or not np.array_equal(before[-1], path[-1]):
-            self.is_first = True
-        elif not self.is_first and self._is_much_longer(before, path):
-            yield from child.tick()
-            if child.status == Status.RUNNING:
-                return Status.RUNNING
-            self.path = path
-            return child.status
-        self.path, self.is_first = path, False
+        (child,), values = self.children, self._board.values
+        before, path = self.path, values.paths.get(self._source)
+        is_iron = self._board.release is Release.IRON
+        same_goal = before is not None and path is not None and np.array_equal(before[-1], path[-1])
+        self.is_first |= not self.is_active if is_iron else not same_goal
+        if before is not None and path is not None and same_goal and not self.is_first:
+            # Iron compares whole paths, with the stamp of the plan; the others numbers of poses.
+            is_planned = values.plan_count != self.plan_id
+            is_updated = len(before) != len(path) or (is_iron and is_planned)
+            if is_updated and self._is_much_longer(before, path):
+                yield from child.tick()
+                if child.status == Status.RUNNING:
+                    return Status.RUNNING
+                self.path, self.plan_id = path, values.plan_count
+                return child.status
+        self.path, self.is_first, self.plan_id = path, False, values.plan_count
         return Status.SUCCESS
 
     def _is_much_longer(self, before: NDArray[np.float64], path: NDArray[np.float64]) -> bool:
-        if len(before) == len(path):
-            return False
         before_m = arc_length(before)
         return before_m < self._near_m and arc_length(path) > self._factor * before_m
+
+    def _reset_children(self) -> None:
+        """Makes the child idle, but where it runs."""
+        if self.children[0].status != Status.RUNNING:
+            super()._reset_children()
+
+    def stop(self, new_status: Status = Status.INVALID) -> None:
+        """Halts the child only where the node itself runs."""
+        if self.status == Status.RUNNING:
+            super().stop(new_status)
+        else:
+            self.status = new_status
+
+    def halt(self) -> None:
+        """Halts the child with the whole tree."""
+        make_idle(self.children[0])
 
 
 def _position(board: Board) -> tuple[float, float]:

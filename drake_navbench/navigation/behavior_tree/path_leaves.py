@@ -15,6 +15,7 @@ from py_trees.common import Status
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.navigation.behavior_tree.board import PATH, Board
 from drake_navbench.navigation.behavior_tree.leaves import REMAINING_PATH, Leaf, nearest_index
+from drake_navbench.plugins.releases import Release
 
 Path = NDArray[np.float64]
 
@@ -58,10 +59,10 @@ class TruncatePath(PathCut):
 class TruncatePathLocal(PathCut):
     """Cuts a path to the part around the robot: some way before and behind it.
 
-    forward_m: length kept ahead of the robot; negative: all of it. angle_weight_m: the m that 1 rad
-    of difference in heading adds to the distance, in the search for the pose nearest to the robot.
-    search_distance_m: length of the path that is searched, from the robot's last place on it;
-    infinity searches all of it.
+    forward_m: length kept ahead of the robot; negative: all of it, up to Kilted one pose.
+    angle_weight_m: the m that 1 rad of difference in heading adds to the distance, in the search
+    for the pose nearest to the robot. search_distance_m: length of the path that is searched, from
+    the robot's last place on it; infinity searches all of it.
     """
 
     MEMORY = ("path", "begin")
@@ -79,7 +80,8 @@ class TruncatePathLocal(PathCut):
         result: str = REMAINING_PATH,
     ) -> None:
         super().__init__(name, board, source=source, result=result)
-        self._reach_m = (math.inf if forward_m < 0.0 else forward_m, backward_m)
+        keeps_all = forward_m < 0.0 and board.release >= Release.LYRICAL
+        self._reach_m = (math.inf if keeps_all else forward_m, backward_m)
         self._angle_weight_m = angle_weight_m
         self._search_distance_m = search_distance_m
         self.path: Path | None = None
@@ -100,12 +102,16 @@ class TruncatePathLocal(PathCut):
         return path[begin:end]
 
     def _nearest(self, path: Path) -> int:
+        """Returns the index of the pose nearest to the robot; of equals Humble takes the first."""
         pose = self.board.inputs.pose
-        if self._angle_weight_m == 0.0:
+        if self._angle_weight_m == 0.0 and self.board.release > Release.HUMBLE:
             return nearest_index(path, pose)
         turns = self._angle_weight_m * _turns_between(path[:, 2], pose[2])
         offsets = np.hypot(path[:, 0] - pose[0], path[:, 1] - pose[1])
-        return len(path) - 1 - int(np.argmin(np.hypot(offsets, turns)[::-1]))
+        distances_m = np.hypot(offsets, turns)
+        if self.board.release is Release.HUMBLE:
+            return int(np.argmin(distances_m))
+        return len(path) - 1 - int(np.argmin(distances_m[::-1]))
 
 
 class ConcatenatePaths(Leaf):

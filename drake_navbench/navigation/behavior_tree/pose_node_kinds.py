@@ -30,8 +30,6 @@ def _goal_lists(a: Attributes) -> GoalLists:
 
 
 def _remove_passed(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
-    for attribute in ("global_frame", "robot_base_frame"):
-        a.text(attribute)
     return RemovePassedGoals(name, board, _goal_lists(a), radius_m=a.number("radius", 0.5))
 
 
@@ -53,8 +51,6 @@ def _append_goal(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) 
 
 
 def _current_pose(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
-    for attribute in ("global_frame", "robot_base_frame"):
-        a.text(attribute)
     return GetCurrentPose(name, board, result=a.result("current_pose", "current_pose"))
 
 
@@ -65,7 +61,6 @@ def _pose_from_path(name: str, a: Attributes, _: Sequence[TreeNode], board: Boar
 
 
 def _poses_near(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
-    a.text("global_frame")
     one, other = (a.source(pose, pose, is_needed=True) for pose in ("ref_pose", "target_pose"))
     return ArePosesNear(name, board, poses=(one, other), tolerance_m=a.number("tolerance", 0.5))
 

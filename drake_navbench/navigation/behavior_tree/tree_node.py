@@ -47,6 +47,18 @@ class TreeNode(Behaviour):
             self._status = status
             self.on_change(self.name, status)
 
+    def tick_anew(self) -> Iterator[Behaviour]:
+        """Ticks a node as if it had been idle; reports its status only where it is another one."""
+        before, listener = self.status, self.on_change
+        self.on_change = _ignore
+        try:
+            self.stop(Status.INVALID)
+            yield from self.tick()
+        finally:
+            self.on_change = listener
+        if self.status != before:
+            listener(self.name, self.status)
+
     def recall(self) -> tuple[Any, ...]:
         """Returns the values of `MEMORY`."""
         return tuple([getattr(self, name) for name in self.MEMORY])

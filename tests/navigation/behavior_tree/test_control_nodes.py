@@ -6,6 +6,8 @@ S, F, R stand for success, failure, running.
 import pytest
 from py_trees.common import Status
 
+from drake_navbench.navigation.behavior_tree.board import Board
+from drake_navbench.navigation.behavior_tree.builder import build_tree
 from drake_navbench.navigation.behavior_tree.control_nodes import (
     FallbackNode,
     InverterNode,
@@ -17,9 +19,11 @@ from drake_navbench.navigation.behavior_tree.control_nodes import (
     RoundRobinNode,
     SequenceNode,
 )
+from drake_navbench.navigation.behavior_tree.description import NodeDescription
 from drake_navbench.navigation.behavior_tree.pacing import RateController
 from drake_navbench.navigation.behavior_tree.snapshot import nodes_of, restore, take_snapshot
 from drake_navbench.navigation.behavior_tree.tree_node import TreeNode
+from drake_navbench.plugins.releases import Release
 
 STATUS = {"S": Status.SUCCESS, "F": Status.FAILURE, "R": Status.RUNNING}
 LETTER = {status: letter for letter, status in STATUS.items()}
@@ -100,6 +104,29 @@ def test_reactive_fallback(scripts, result, halts):
     children = [Script(s) for s in scripts]
     assert ticked(ReactiveFallbackNode("n", children), len(result)) == result
     assert [child.halt_count for child in children] == halts
+
+
+@pytest.mark.parametrize("reactive", [ReactiveSequenceNode, ReactiveFallbackNode])
+def test_what_ended_beside_a_running_child_begins_anew_and_is_told_once(reactive):
+    """Once a second, a rate controller ticks its child; here it does at every tick."""
+    end = "S" if reactive is ReactiveSequenceNode else "F"
+    once = RateController("rate", Script(3 * end), hz=1.0, now_s=lambda: 0.0)
+    changes: list[str] = []
+    once.on_change = lambda name, status: changes.append(LETTER[status])
+    assert ticked(reactive("n", [once, Script("RRR")]), 3) == "RRR"
+    assert once.children[0].tick_count == 3
+    assert changes == [end]
+
+
+@pytest.mark.parametrize(("release", "result"), [(Release.KILTED, "S"), (Release.LYRICAL, "F")])
+def test_before_lyrical_a_round_robin_wraps_around(release, result):
+    def nobody(*_):
+        raise AssertionError("no leaf asks anybody")
+
+    board = Board(nobody, nobody, nobody, nobody, release=release)
+    leaf = NodeDescription(node="AlwaysSuccess")
+    node = build_tree(NodeDescription(node="RoundRobin", children=(leaf,)), board)
+    assert ticked(node, 1) == result
 
 
 @pytest.mark.parametrize(("script", "result"), [("S", "F"), ("F", "S"), ("R", "R")])

@@ -26,6 +26,7 @@ from drake_navbench.navigation.behavior_tree.decorators import (
     KeepRunningUntilFailure,
     Repeat,
     RetryUntilSuccessful,
+    SequenceStar,
     SequenceWithMemory,
 )
 from drake_navbench.navigation.behavior_tree.description import NodeDescription
@@ -39,6 +40,7 @@ from drake_navbench.navigation.behavior_tree.pacing import (
 )
 from drake_navbench.navigation.behavior_tree.snapshot import nodes_of, restore, take_snapshot
 from drake_navbench.navigation.task import GlobalPlan
+from drake_navbench.plugins.releases import Release
 
 
 def board() -> Board:
@@ -141,6 +143,45 @@ def test_a_path_to_another_goal_is_not_compared():
         assert ticked(node, 1) == "S"
 
 
+def test_in_iron_a_path_is_compared_only_while_the_node_is_not_idle():
+    shared = replace(board(), release=Release.IRON)
+    shared.inputs = TickInputs(now_s=0.0, pose=np.zeros(3), global_costmap=None)
+    node = PathLongerOnApproach("n", Script("F"), shared, near_m=3.0, factor=2.0)
+    results = ""
+    for length_m, is_idle in ((1.0, False), (2.5, True), (6.0, False)):
+        path = straight_plan(length_m, 0.1)
+        path[:, 0] -= path[-1, 0]
+        shared.write_path("path", path)
+        if is_idle:
+            node.stop(Status.INVALID)
+        results += ticked(node, 1)
+    assert results == "SSF"
+
+
+def test_a_child_that_runs_when_the_path_is_short_again_goes_on_later():
+    shared, child = board(), Script("RRS")
+    node = PathLongerOnApproach("n", child, shared, near_m=3.0, factor=2.0)
+    results = ""
+    for length_m in (1.0, 2.5, 1.0, 2.5):
+        path = straight_plan(length_m, 0.1)
+        path[:, 0] -= path[-1, 0]
+        shared.write_path("path", path)
+        results += ticked(node, 1)
+        if results == "SRS":
+            node.stop(Status.INVALID)
+    assert (results, child.halt_count) == ("SRSR", 0)
+    node.stop(Status.INVALID)
+    assert child.halt_count == 1
+
+
+@pytest.mark.parametrize(("star", "result"), [(SequenceStar, "FFF"), (SequenceWithMemory, "FFS")])
+def test_only_up_to_iron_a_sequence_with_memory_forgets_at_the_end_of_the_tree(star, result):
+    node = star("n", [Script("SF"), Script("FFS")])
+    results = ticked(node, 2)
+    node.halt()
+    assert results + ticked(node, 1) == result
+
+
 @pytest.mark.parametrize(
     ("node", "result"),
     [
@@ -182,14 +223,16 @@ def test_a_path_expires_unless_there_is_another_one():
     node = PathExpiringTimer("n", shared, period_s=1.0)
     shared.write_path("path", straight_plan(1.0, 0.1))
     assert [at(shared, node, now_s=t) for t in (0.0, 0.9)] == list("FF")
-    # An equal path is none.
+    # An equal path is none, but as a new plan, whose stamp is another one.
     shared.write_path("path", straight_plan(1.0, 0.1))
     assert at(shared, node, now_s=1.0) == "S"
+    shared.write_path("path", straight_plan(1.0, 0.1), plan_count=1)
+    assert [at(shared, node, now_s=t) for t in (1.5, 2.4, 2.5)] == list("FFS")
     shared.write_path("path", straight_plan(2.0, 0.1))
-    assert [at(shared, node, now_s=t) for t in (1.9, 2.8, 2.9)] == list("FFS")
+    assert [at(shared, node, now_s=t) for t in (2.9, 3.8, 3.9)] == list("FFS")
     # Being idle does not begin the time anew.
     node.stop(Status.INVALID)
-    assert at(shared, node, now_s=3.9) == "S"
+    assert at(shared, node, now_s=4.9) == "S"
 
 
 def test_a_distance_is_travelled_as_the_crow_flies():
@@ -236,6 +279,12 @@ def test_a_snapshot_holds_all_that_they_remember():
     found += [at(shared, second, **inputs) for _, inputs in places[5:]]
     assert found == wanted
     assert len(set(wanted)) > 1
+
+
+def test_the_frames_of_a_node_have_no_effect():
+    frames = {"global_frame": "map", "robot_base_frame": "base_link"}
+    leaf = NodeDescription(node="GoalReached", attributes={"goal": "{goal}"} | frames)
+    assert ticked(build_tree(leaf, board()), 1) == "F"
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,8 @@ from py_trees.common import Status
 from scenes import straight_plan
 
 from drake_navbench.navigation.behavior_tree.board import Board, TickInputs
+from drake_navbench.navigation.behavior_tree.builder import build_tree
+from drake_navbench.navigation.behavior_tree.description import NodeDescription
 from drake_navbench.navigation.behavior_tree.leaves import (
     COMPUTE_PATH,
     FOLLOW_PATH,
@@ -17,6 +19,7 @@ from drake_navbench.navigation.behavior_tree.leaves import (
     GlobalUpdatedGoal,
     GoalUpdated,
     IsGoalNearby,
+    IsPathValid,
     RunBehavior,
     ValidatePath,
     WouldRecoveryHelp,
@@ -96,6 +99,16 @@ def test_the_robot_is_looked_for_from_where_it_was_last_found():
     assert tick(node) == Status.FAILURE
 
 
+def test_by_default_the_robot_is_looked_for_on_the_whole_path():
+    out = straight_plan(3.0, 0.1)
+    shared = board(path=np.vstack([out, out[::-1] + np.array([0.0, 0.2, np.pi])]))
+    node = build_tree(NodeDescription(node="IsGoalNearby"), shared)
+    see(shared, pose=np.array([0.5, 0.19, 0.0]))
+    assert tick(node) == Status.SUCCESS
+    see(shared, pose=np.array([0.5, 0.0, 0.0]))
+    assert tick(node) == Status.FAILURE
+
+
 def test_without_a_path_the_goal_is_not_nearby():
     node = IsGoalNearby("n", board(), threshold_m=4.0, search_distance_m=1.5)
     assert tick(node) == Status.FAILURE
@@ -113,6 +126,16 @@ def test_only_a_path_that_is_there_and_free_is_valid():
     assert tick(ValidatePath("n", shared)) == Status.SUCCESS
     shared.is_path_valid = lambda path, costmap, **limits: False
     assert tick(ValidatePath("n", shared)) == Status.FAILURE
+
+
+@pytest.mark.parametrize(("node", "first_x"), [(ValidatePath, 0.0), (IsPathValid, 0.4)])
+def test_before_lyrical_what_lies_behind_the_robot_is_not_checked(node, first_x):
+    checked = []
+    shared = board(path=straight_plan(1.0, 0.2))
+    shared.inputs = replace(shared.inputs, pose=np.array([0.45, 0.1, 0.0]))
+    shared.is_path_valid = lambda path, costmap, **limits: checked.append(path[0, 0]) is None
+    assert tick(node("n", shared, source="path")) == Status.SUCCESS
+    assert checked == [pytest.approx(first_x)]
 
 
 def test_a_failed_plan_empties_the_path_and_keeps_the_code():

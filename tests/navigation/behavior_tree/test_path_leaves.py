@@ -13,22 +13,23 @@ from drake_navbench.navigation.behavior_tree.path_leaves import (
     TruncatePath,
     TruncatePathLocal,
 )
+from drake_navbench.plugins.releases import Release
 
 TEN = straight_plan(9.0, 1.0)
 
 
-def board(path, pose=(0.0, 0.0, 0.0)) -> Board:
+def board(path, pose=(0.0, 0.0, 0.0), release=Release.LYRICAL) -> Board:
     def nobody(*_):
         raise AssertionError("cutting a path plans nothing")
 
-    made = Board(nobody, nobody, nobody, nobody)
+    made = Board(nobody, nobody, nobody, nobody, release=release)
     made.inputs = TickInputs(now_s=0.0, pose=np.array(pose), global_costmap=None)
     made.write_path("path", path)
     return made
 
 
-def cut(node_class, path, pose=(0.0, 0.0, 0.0), **arguments):
-    shared = board(path, pose)
+def cut(node_class, path, pose=(0.0, 0.0, 0.0), release=Release.LYRICAL, **arguments):
+    shared = board(path, pose, release)
     node = node_class("n", shared, source="path", result="left", **arguments)
     node.tick_once()
     assert node.status == Status.SUCCESS
@@ -71,6 +72,19 @@ def test_what_lies_around_the_robot_is_left(forward_m, backward_m, ends):
     arguments = {"forward_m": forward_m, "backward_m": backward_m}
     left = cut(TruncatePathLocal, TEN, (4.2, 0.5, 0.0), **arguments)
     assert (left[0, 0], left[-1, 0]) == ends
+
+
+@pytest.mark.parametrize(("release", "count"), [(Release.KILTED, 1), (Release.LYRICAL, 6)])
+def test_before_lyrical_a_negative_length_keeps_one_pose(release, count):
+    left = cut(TruncatePathLocal, TEN, (4.2, 0.5, 0.0), release, forward_m=-1.0)
+    assert left[0, 0] == 4.0
+    assert len(left) == count
+
+
+@pytest.mark.parametrize(("release", "first_x"), [(Release.HUMBLE, 4.0), (Release.IRON, 5.0)])
+def test_of_two_poses_as_near_humble_takes_the_first(release, first_x):
+    left = cut(TruncatePathLocal, TEN, (4.5, 0.0, 0.0), release, forward_m=0.5)
+    assert left[:, 0].tolist() == [first_x]
 
 
 # Out along the x axis and home again beside it, looking back.
