@@ -100,6 +100,25 @@ def test_the_recoveries_server_is_not_read_since_humble(setup_in):
     assert setup.robot.navigation.behavior_server.max_rotational_vel == own.max_rotational_vel
 
 
+def test_a_robot_that_is_not_to_spin_has_rates_of_0(setup_in):
+    rates = "{max_rotational_vel: 0.0, min_rotational_vel: 0.0, rotational_acc_lim: 0.0}"
+    setup = setup_in(f"behavior_server: {{ros__parameters: {rates}}}\n", "humble")
+    assert setup.robot.navigation.behavior_server.max_rotational_vel == 0.0
+
+
+@pytest.mark.parametrize(
+    ("release", "value", "status"),
+    [
+        ("lyrical", "false", Status.USED),
+        ("lyrical", "true", Status.STAND_IN),
+        ("kilted", "true", Status.UNREAD),
+    ],
+)
+def test_part_of_a_plan_through_poses_is_no_plan_here(setup_in, release, value, status):
+    text = f"planner_server: {{ros__parameters: {{allow_partial_planning: {value}}}}}\n"
+    assert row_of(setup_in(text, release), "allow_partial_planning").status is status
+
+
 @pytest.mark.parametrize(
     ("value", "status"),
     [("costmap_converter::CostmapToLinesDBSMCCH", Status.STAND_IN), ("''", Status.NO_MEANING)],
