@@ -1,4 +1,4 @@
-"""A drive by ros2_control: its parameter files, and the limits in a model's blocks."""
+"""A drive by ros2_control or ROS 1's ros_control: parameter files, limits in a model's blocks."""
 
 from __future__ import annotations
 
@@ -17,12 +17,14 @@ from drake_navbench.inputs.descriptions.drive_kinds import (
 from drake_navbench.inputs.descriptions.model import Joint, Model
 from drake_navbench.inputs.descriptions.poses import number
 from drake_navbench.inputs.descriptions.ros_packages import Packages
+from drake_navbench.typed_files.input_file import read_head_text
 from drake_navbench.typed_files.typed_yaml import read_yaml
 
 CONTROL = ("ros2_control", "ros_control")
-CONTROLLERS_FILE = re.compile(r"control.*\.ya?ml$")
-# left_wheel_names, front_left_wheel_command_joint_name, traction_joints_names, rear_wheels_names.
-JOINTS_KEY = re.compile(r"(?:wheel|joint)s?_names?$")
+CONTROLLER_TYPE = re.compile(r"\btype[\"']?\s*:\s*[\"']?([\w/:]+)")
+# left_wheel_names, front_left_wheel_command_joint_name, traction_joints_names, rear_wheels_names;
+# left_wheel of ROS 1.
+JOINTS_KEY = re.compile(r"(?:wheel|joint)s?_names?$|^(?:left|right)_wheel$")
 
 
 def controller_files(model: Model) -> list[str]:
@@ -46,7 +48,9 @@ def by_controllers(files: Sequence[str], packages: Packages) -> FoundDrive | Non
 
 
 def _may_have_controllers(file: Path) -> bool:
-    return CONTROLLERS_FILE.search(file.name) is not None
+    if file.suffix not in (".yaml", ".yml"):
+        return False
+    return any(kind_of(kind) for kind in CONTROLLER_TYPE.findall(read_head_text(file)))
 
 
 def by_wheel_names(model: Model, wheels: Sequence[Wheel], packages: Packages) -> FoundDrive | None:
@@ -71,9 +75,10 @@ def _controllers_in(
     is_ours: tells by the joints that a controller drives and steers whether it counts.
     """
     try:
-        nodes = dict(_nodes(read_yaml(path)))
+        block = read_yaml(path)
     except InputError:
         return None
+    nodes = dict(_nodes(block)) or dict(_nodes_of_ros1(block))
     parameters = [pair for block in nodes.values() for pair in block.items()]
     types = {
         name: str(block.get("type", "")) for name, block in parameters if isinstance(block, Mapping)
@@ -84,6 +89,7 @@ def _controllers_in(
         for name, kind in parameters
         if str(name).endswith(".type") and isinstance(kind, str)
     }
+    types |= {name: str(own["type"]) for name, own in nodes.items() if "type" in own}
     for name, kind_name in types.items():
         kind, own = kind_of(kind_name), nodes.get(name, {})
         if kind and is_ours(_named_joints(own)):
@@ -109,6 +115,19 @@ def _nodes(block: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
                 yield str(name).rpartition("/")[2], parameters
             else:
                 yield from _nodes(node)
+
+
+def _nodes_of_ros1(block: Mapping[str, Any], name: str = "") -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """Yields ROS 1's controllers, in any namespace: name and parameters.
+
+    name: that of the block; '' for a whole file, whose name a launch file gives.
+    """
+    if isinstance(block.get("type"), str):
+        yield name, block
+        return
+    for key, inner in block.items():
+        if isinstance(inner, Mapping):
+            yield from _nodes_of_ros1(inner, str(key))
 
 
 def _controller_values(parameters: Mapping[str, Any]) -> dict[str, float]:

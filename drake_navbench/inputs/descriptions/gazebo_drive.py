@@ -121,7 +121,7 @@ def _plugin_values(plugin: ElementTree.Element, kind: str) -> dict[str, float]:
             # The classic plugin's acceleration is that of a wheel's rim, m/s^2; 0 stands for none.
             "max_linear_acceleration",
             "max_acceleration",
-            "max_wheel_acceleration",
+            *("max_wheel_acceleration", "wheelAcceleration"),
         ),
         "max_angular_acceleration_radps2": told("max_angular_acceleration", "max_acceleration"),
     }
