@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Sequence, Set
 from pathlib import Path
 
@@ -80,9 +81,11 @@ def find_package_files(roots: Sequence[Path]) -> PackageFiles:
     launches = read_launch_files(files)
     maps = [file for file in files if _is_map(file)]
     worlds = [file for file in files if _is_gazebo_world(file)]
+    robots = [file for file in files if _is_robot(file)]
+    repeated = {name for name, count in Counter(f.name for f in robots).items() if count > 1}
     launched = launches.launched([*maps, *worlds])
     found = {
-        ROBOT: ranked(_is_robot, lambda f: _robot_rank(f, words, launches)),
+        ROBOT: ranked(robots.__contains__, lambda f: _robot_rank(f, words, launches, repeated)),
         MAP: ranked(maps.__contains__, lambda f: (is_mask(f), f not in launched)),
         WORLD: ranked(worlds.__contains__, lambda f: (_is_empty(f), f not in launched)),
     }
@@ -130,15 +133,17 @@ def _is_robot(file: Path) -> bool:
     return is_plain or BUILDS.search(MACROS.sub("", text)) is not None
 
 
-def _robot_rank(file: Path, words: set[str], launches: LaunchFiles) -> tuple[object, ...]:
+def _robot_rank(
+    file: Path, words: set[str], launches: LaunchFiles, repeated: Set[str]
+) -> tuple[object, ...]:
     """Returns a sorting key of a model file, smaller for a file that is more likely the robot.
 
-    Likely: a file that a launch file names with a folder, in a folder that a launch file names,
-    such as an argument's default, that is named like its folder, or that includes many others.
-    Unlikely: one of a part, or a world with a robot in it.
+    Likely: a file that a launch file names with a folder, that is named like its folder, or that
+    includes many others. Unlikely: one of a part, or a world with a robot in it; of `repeated`
+    names, one whose own folder no launch file names, as an argument's default.
     """
     is_launched = launches.folders(file) > 0
-    is_folder_named = is_launched and launches.has_word(file.parent.name)
+    is_another = file.name in repeated and not launches.has_word(file.parent.name)
     name = file.name.lower().removesuffix(".gazebo")
     stem = name.partition(".")[0]
     kinds = {".sdf": 2, ".urdf": 1}
@@ -146,7 +151,7 @@ def _robot_rank(file: Path, words: set[str], launches: LaunchFiles) -> tuple[obj
     includes = min(read_head_text(file).count("<xacro:include"), MAX_INCLUDES)
     likely = 2 if _is_gazebo_world(file) else int(PARTS.search(name) is not None)
     return (
-        *(likely, not is_launched, not is_folder_named, not named),
+        *(likely, not is_launched, is_another, not named),
         *(-includes, kinds.get(file.suffix, 0)),
     )
 
