@@ -43,7 +43,9 @@ def test_the_limits_are_those_of_the_controllers_file_that_names_the_wheels(tmp_
     path = write_repository(tmp_path)
     path.write_text(XACRO.replace("gz-sim-diff-drive-system", "x").replace("DiffDrive", "x"))
     file = tmp_path / "my_controllers.yaml"
-    file.write_text(CONTROLLERS)
+    # Of a key that is given twice the later one counts, as in ROS.
+    line = "      linear.x.max_velocity: 0.7\n"
+    file.write_text(CONTROLLERS.replace(line, line.replace("0.7", "0.6") + line))
     assert load_robot(str(path)).drive.max_linear_velocity_mps == 0.7
     file.write_text(CONTROLLERS.replace("left_wheel_joint", "other_wheel_joint"))
     assert load_robot(str(path), arguments={"length": "1"}).drive.max_linear_velocity_mps == 0.5

@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from pathlib import Path
 from typing import Any
 
+import yaml
+
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.descriptions.body import Wheel
 from drake_navbench.inputs.descriptions.drive_kinds import (
@@ -18,7 +20,8 @@ from drake_navbench.inputs.descriptions.model import Joint, Model
 from drake_navbench.inputs.descriptions.poses import number
 from drake_navbench.inputs.descriptions.ros_packages import Packages
 from drake_navbench.typed_files.input_file import read_head_text
-from drake_navbench.typed_files.typed_yaml import read_yaml
+from drake_navbench.typed_files.typed_yaml import read_text
+from drake_navbench.typed_files.yaml_loader import require_limits
 
 CONTROL = ("ros2_control", "ros_control")
 CONTROLLER_TYPE = re.compile(r"\btype[\"']?\s*:\s*[\"']?([\w/:]+)")
@@ -74,10 +77,7 @@ def _controllers_in(
 
     is_ours: tells by the joints that a controller drives and steers whether it counts.
     """
-    try:
-        block = read_yaml(path)
-    except InputError:
-        return None
+    block = _read(path)
     nodes = dict(_nodes(block)) or dict(_nodes_of_ros1(block))
     parameters = [pair for block in nodes.values() for pair in block.items()]
     types = {
@@ -96,6 +96,17 @@ def _controllers_in(
             steers = _named_joints({key: own[key] for key in own if "steer" in str(key)})
             return FoundDrive(kind, path.name, _controller_values(own), steering=frozenset(steers))
     return None
+
+
+def _read(path: Path) -> Mapping[str, Any]:
+    """Returns a file's content, where a key is given twice the later one, as ROS reads it; or {}."""
+    try:
+        text = read_text(path)
+        require_limits(text)
+        block = yaml.safe_load(text)
+    except (InputError, yaml.YAMLError, ValueError):
+        return {}
+    return block if isinstance(block, Mapping) else {}
 
 
 def _named_joints(parameters: Mapping[str, Any]) -> set[str]:
