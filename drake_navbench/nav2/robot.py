@@ -36,8 +36,8 @@ from drake_navbench.nav2.costmaps import (
     read_local_costmap,
 )
 from drake_navbench.nav2.file_remarks import (
-    note_other_sections,
     note_fast_turns,
+    note_other_sections,
     note_outlines_of_a_radius,
     note_smoothed_away,
     note_unloadable,

@@ -99,7 +99,7 @@ def _controllers_in(
 
 
 def _read(path: Path) -> Mapping[str, Any]:
-    """Returns a file's content, where a key is given twice the later one, as ROS reads it; or {}."""
+    """Returns a file's content, {} where it is no YAML; of equal keys the later counts, as in ROS."""
     try:
         text = read_text(path)
         require_limits(text)
@@ -128,7 +128,9 @@ def _nodes(block: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
                 yield from _nodes(node)
 
 
-def _nodes_of_ros1(block: Mapping[str, Any], name: str = "") -> Iterator[tuple[str, Mapping[str, Any]]]:
+def _nodes_of_ros1(
+    block: Mapping[str, Any], name: str = ""
+) -> Iterator[tuple[str, Mapping[str, Any]]]:
     """Yields ROS 1's controllers, in any namespace: name and parameters.
 
     name: that of the block; '' for a whole file, whose name a launch file gives.
