@@ -55,11 +55,9 @@ def note_small_inflation(
     reader.note(Status.DOUBTFUL, name, remark)
 
 
-def note_wide_cells(
-    reader: NodeReader, costmap: CostmapSettings, inscribed_radius_m: float
-) -> None:
-    """Notes cells that are wider than the robot."""
-    cell_m, width_m = costmap.resolution, 2.0 * inscribed_radius_m
+def note_wide_cells(reader: NodeReader, cell_m: float, inscribed_radius_m: float) -> None:
+    """Notes a costmap's cells that are wider than the robot."""
+    width_m = 2.0 * inscribed_radius_m
     if reader.given("resolution") and cell_m > width_m:
         remark = f"a cell of {cell_m:g} m is wider than the robot, {width_m:.2g} m: in metres?"
         reader.note(Status.DOUBTFUL, "resolution", remark)

@@ -210,7 +210,7 @@ class _Files:
         for reader, _ in self._outlines:
             settings = getattr(robot.navigation, reader.node.name.rpartition("/")[2])
             note_small_inflation(reader, settings, robot.radii[0])
-            note_wide_cells(reader, settings, robot.radii[0])
+            note_wide_cells(reader, settings.resolution, robot.radii[0])
         if costmap_body(self._outlines):
             note_body(self._outlines, robot, self._base_name)
         if robot.is_circle:

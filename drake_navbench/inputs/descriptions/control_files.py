@@ -99,7 +99,7 @@ def _controllers_in(
 
 
 def _read(path: Path) -> Mapping[str, Any]:
-    """Returns a file's content, {} where it is no YAML; of equal keys the later counts, as in ROS."""
+    """Returns a file's content, {} for no YAML; of equal keys the later counts, as in ROS."""
     try:
         text = read_text(path)
         require_limits(text)
