@@ -41,6 +41,7 @@ from drake_navbench.inputs.descriptions.gazebo_sensors import (
 )
 from drake_navbench.inputs.descriptions.model import Shape
 from drake_navbench.inputs.descriptions.model_source import Source, read_source
+from drake_navbench.inputs.descriptions.wheel_layout import roll_along_y
 from drake_navbench.inputs.known_base import NOTHING_KNOWN, KnownBase, around_origin
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.navigation.costmaps.observation_layers import ObstacleLayerParameters
@@ -127,6 +128,8 @@ def _described(
     drive = drive_of(model, wheels, source.packages, [*source.arguments.values()])
     fields |= table.drive(drive, is_omni=known.is_omni)
     table.note_held(held_wheels(model))
+    if drive.kind != OMNIDIRECTIONAL and roll_along_y(wheels):
+        table.note_rolling(base)
     if len(wheels) >= 2:
         table.note_turning(turning_centre(model, wheels), fields)
     for remark in dict.fromkeys((*body.left_out, *model.remarks)):
@@ -293,6 +296,11 @@ class _Table:
         x, y = np.round(centre, 3) + 0.0
         remark = f"the middle of its wheels is at {x:.3g}, {y:.3g} m; here it turns about 0, 0"
         self.add(Status.STAND_IN, "base frame's origin", remark)
+
+    def note_rolling(self, base: str) -> None:
+        """Notes wheels that roll across the base frame's x, along which a robot is commanded."""
+        remark = f"roll along y of {base}, where ROS commands along its x; here they roll along x"
+        self.add(Status.DOUBTFUL, "wheels", remark)
 
     def note_held(self, joints: Sequence[str]) -> None:
         """Notes wheels that a plugin is to turn, and that the model fixes."""

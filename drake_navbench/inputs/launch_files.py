@@ -39,6 +39,10 @@ class LaunchFiles:
             default=-1,
         )
 
+    def has_word(self, word: str) -> bool:
+        """Tells whether any launch file has a word."""
+        return any(word in words for _, words in self.words)
+
     def launched(self, files: Sequence[Path]) -> set[Path]:
         """Returns the files, of `files`, that a launch file names.
 

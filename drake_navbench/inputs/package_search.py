@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Sequence, Set
 from pathlib import Path
 
@@ -48,6 +49,8 @@ PARTS = re.compile(
 REPLACED = re.compile(r"backup|\bbak\b|(^|[_.-])(old|copy|orig(inal)?|deprecated)([_.-]|$)")
 EMPTY_WORLDS = re.compile(r"empty|default")
 SEPARATE = re.compile(r"slam|mapper|keepout|speed_|collision_monitor|localization|amcl")
+# A package that lies beside the others of Nav2's sources.
+OF_NAV2 = "nav2_costmap_2d"
 # Words of a name that any whole Nav2 file may have.
 NAV2_WORDS = {"nav2", "navigation", "navigation2", "nav", "param", "params", "parameters", "config"}
 
@@ -69,7 +72,7 @@ def find_package_files(roots: Sequence[Path]) -> PackageFiles:
         chosen = [file for file in files if is_one(file)]
         chosen.sort(
             key=lambda f: (
-                *(rank(f)[0], root_of(f), _is_replaced(f)),
+                *(rank(f)[0], root_of(f), _is_of_nav2_s_sources(f), _is_replaced(f)),
                 *(rank(f), len(f.parts), str(f)),
             )
         )
@@ -78,9 +81,11 @@ def find_package_files(roots: Sequence[Path]) -> PackageFiles:
     launches = read_launch_files(files)
     maps = [file for file in files if _is_map(file)]
     worlds = [file for file in files if _is_gazebo_world(file)]
+    robots = [file for file in files if _is_robot(file)]
+    repeated = {name for name, count in Counter(f.name for f in robots).items() if count > 1}
     launched = launches.launched([*maps, *worlds])
     found = {
-        ROBOT: ranked(_is_robot, lambda f: _robot_rank(f, words, launches.folders(f) > 0)),
+        ROBOT: ranked(robots.__contains__, lambda f: _robot_rank(f, words, launches, repeated)),
         MAP: ranked(maps.__contains__, lambda f: (is_mask(f), f not in launched)),
         WORLD: ranked(worlds.__contains__, lambda f: (_is_empty(f), f not in launched)),
     }
@@ -106,6 +111,11 @@ def _is_replaced(file: Path) -> bool:
     return REPLACED.search(file.name.lower()) is not None
 
 
+def _is_of_nav2_s_sources(file: Path) -> bool:
+    """Tells whether a file is in a copy of Nav2's own sources, whose examples are of TurtleBots."""
+    return any((folder / OF_NAV2 / PACKAGE_FILE).is_file() for folder in file.parents)
+
+
 def _is_robot(file: Path) -> bool:
     if is_clearpath(file):
         return True
@@ -123,19 +133,27 @@ def _is_robot(file: Path) -> bool:
     return is_plain or BUILDS.search(MACROS.sub("", text)) is not None
 
 
-def _robot_rank(file: Path, words: set[str], is_launched: bool) -> tuple[int, bool, bool, int, int]:
+def _robot_rank(
+    file: Path, words: set[str], launches: LaunchFiles, repeated: Set[str]
+) -> tuple[object, ...]:
     """Returns a sorting key of a model file, smaller for a file that is more likely the robot.
 
     Likely: a file that a launch file names with a folder, that is named like its folder, or that
-    includes many others. Unlikely: one of a part, or a world with a robot in it.
+    includes many others. Unlikely: one of a part, or a world with a robot in it; of `repeated`
+    names, one whose own folder no launch file names, as an argument's default.
     """
+    is_launched = launches.folders(file) > 0
+    is_another = file.name in repeated and not launches.has_word(file.parent.name)
     name = file.name.lower().removesuffix(".gazebo")
     stem = name.partition(".")[0]
     kinds = {".sdf": 2, ".urdf": 1}
     named = stem in words or stem.removesuffix("_robot") in words or stem == "robot"
     includes = min(read_head_text(file).count("<xacro:include"), MAX_INCLUDES)
     likely = 2 if _is_gazebo_world(file) else int(PARTS.search(name) is not None)
-    return likely, not is_launched, not named, -includes, kinds.get(file.suffix, 0)
+    return (
+        *(likely, not is_launched, is_another, not named),
+        *(-includes, kinds.get(file.suffix, 0)),
+    )
 
 
 def _driving_first(

@@ -25,7 +25,8 @@ def column_rows(server: Node, columns: Mapping[str, Preset | NoCounterpart]) -> 
     rows: list[CheckRow] = []
     for plugin, preset in columns.items():
         if isinstance(preset, NoCounterpart):
-            remark = f"{plugin_type_of(server, plugin)}: no such controller here, no column"
+            hint = "".join(str(preset).partition("; did you mean")[1:])
+            remark = f"{plugin_type_of(server, plugin)}: no such controller here, no column{hint}"
             rows.append(_row(Status.STAND_IN, server, f"{plugin}.plugin", remark))
         else:
             rows += _rows(server, plugin, preset)

@@ -21,6 +21,8 @@ Fields = dict[str, Any]
 PATH_HANDLER = "nav2_controller::FeasiblePathHandler"
 # The name that Nav2's default behaviour tree asks for if there are several goal checkers.
 DEFAULT_GOAL_CHECKER = "general_goal_checker"
+# The lists that Nav2 has by default, and for which alone it knows the types.
+ONLY_GOAL_CHECKER, ONLY_PROGRESS_CHECKER = ["goal_checker"], ["progress_checker"]
 PATH_HANDLERS = "path_handler_plugins"
 
 
@@ -40,7 +42,7 @@ def read_controller_server(reader: NodeReader, controllers: Collection[str]) -> 
 
 
 def _goal_checker(reader: NodeReader) -> Fields:
-    names = reader.names("goal_checker_plugins", ["goal_checker"])
+    names = reader.names("goal_checker_plugins", ONLY_GOAL_CHECKER)
     if not names:
         raise reader.fault("goal_checker_plugins", "expected at least one name")
     name = DEFAULT_GOAL_CHECKER if DEFAULT_GOAL_CHECKER in names else names[0]
@@ -48,7 +50,9 @@ def _goal_checker(reader: NodeReader) -> Fields:
         if other != name:
             remark = f"not used, as in the default tree {name} checks every goal"
             reader.note_block(Status.NO_MEANING, other, remark)
-    return _checker(reader, name, GOAL_CHECKERS, SimpleGoalChecker, "goal_checker_plugins")
+    default = SimpleGoalChecker.nav2_plugin if names == ONLY_GOAL_CHECKER else None
+    plugin_type = reader.plugin_type(name, default, "goal_checker_plugins")
+    return _checker(reader, name, GOAL_CHECKERS, SimpleGoalChecker, plugin_type)
 
 
 def _progress_checker(reader: NodeReader) -> Fields:
@@ -59,19 +63,20 @@ def _progress_checker(reader: NodeReader) -> Fields:
         if is_listed:
             reader.note(Status.UNREAD, listed_in, f"{single} prevails")
         listed_in, is_listed = single, True
-    names = reader.names(listed_in, []) if is_listed else ["progress_checker"]
+    names = reader.names(listed_in, []) if is_listed else ONLY_PROGRESS_CHECKER
     if not names:
         raise reader.fault(listed_in, "expected at least one name")
     for other in names[1:]:
         remark = f"not used, as in the default tree {names[0]} checks progress"
         reader.note_block(Status.NO_MEANING, other, remark)
-    return _checker(reader, names[0], PROGRESS_CHECKERS, SimpleProgressChecker, listed_in)
+    default = SimpleProgressChecker.nav2_plugin if names == ONLY_PROGRESS_CHECKER else None
+    plugin_type = reader.plugin_type(names[0], default, listed_in)
+    return _checker(reader, names[0], PROGRESS_CHECKERS, SimpleProgressChecker, plugin_type)
 
 
 def _checker(
-    reader: NodeReader, name: str, known: PluginKind, simple: Any, listed_in: str
+    reader: NodeReader, name: str, known: PluginKind, simple: Any, plugin_type: str
 ) -> Fields:
-    plugin_type = reader.plugin_type(name, simple.nav2_plugin, listed_in)
     if plugin_type not in known:
         remark = f"{plugin_type}: {simple.nav2_plugin} is used instead"
         reader.note(Status.STAND_IN, f"{name}.plugin", remark)

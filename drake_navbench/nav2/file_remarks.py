@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -21,6 +22,10 @@ from drake_navbench.typed_files.dotted_names import flattened
 LEAST_SPEEDS = ("min_vel_x", "vx_min")
 # The remark on a node's parameters within those of another node, for which no node looks.
 NESTED = f"{PARAMETERS_KEY} stands within the parameters"
+# The controllers' parameters for the largest turn rate, rad/s.
+TURN_RATES = ("max_vel_theta", "wz_max", "rotate_to_heading_angular_vel", "v_angular_max")
+# Two turns a second.
+FAST_RADPS = 4.0 * math.pi
 TOLERANCES = ("xy_goal_tolerance", "coarse_xy_goal_tolerance")
 LIBRARIES = "plugin_lib_names"
 # Parameters of these statuses name a class that is used here.
@@ -100,6 +105,14 @@ def note_smoothed_away(
             rows[place] = rows[place]._replace(status=Status.DOUBTFUL, remark=remark)
 
 
+def note_fast_turns(rows: Rows, places: Places, presets: Collection[Preset]) -> None:
+    """Notes largest turn rates that are probably degrees per second."""
+    for place, name, value in _values_of(presets, places):
+        if name in TURN_RATES and value > FAST_RADPS and place in rows:
+            remark = f"{value:g} rad/s, {value / math.tau:.2g} turns a second: in degrees?"
+            rows[place] = rows[place]._replace(status=Status.DOUBTFUL, remark=remark)
+
+
 def _values_of(
     presets: Collection[Preset], places: Places
 ) -> Iterator[tuple[tuple[str, str], str, Any]]:
@@ -140,8 +153,13 @@ def _fate_of_section(name: str, namespace: str, release: str) -> tuple[Status, s
 
 
 def _note_nested(rows: Rows, section: Section) -> None:
-    """Notes the nodes that stand within the parameters of another one."""
+    """Notes the nodes that stand within the parameters of another one, and parameters twice so."""
     for name, parameter in section.parameters.items():
+        if name.startswith(f"{PARAMETERS_KEY}."):
+            place = section.name.lstrip("/"), PARAMETERS_KEY
+            remark = f"{PARAMETERS_KEY} stands within itself: ROS gives the node none of these"
+            rows[place] = CheckRow(Status.UNREAD, *place, remark, parameter.line)
+            break
         nested, found, _ = name.partition(f".{PARAMETERS_KEY}.")
         place = section.name.lstrip("/"), nested
         if found and place not in rows:

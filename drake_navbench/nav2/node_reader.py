@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import json
+import re
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any, NamedTuple
 
@@ -305,7 +306,7 @@ def _likeness(one: str, other: str) -> float:
 def similar_plugin_hint(plugin_type: str, known: Iterable[str]) -> str:
     """Returns '; did you mean X?' for a type that differs by a slip in its class, else ''."""
     for close in difflib.get_close_matches(plugin_type, sorted(known), n=1, cutoff=LIKE_A_SLIP):
-        named, own = (kind.replace("/", "::").rpartition("::")[2] for kind in (plugin_type, close))
+        named, own = (re.split("[/:]+", kind)[-1] for kind in (plugin_type, close))
         if _likeness(named, own) > LIKE_A_SLIP:
             return f"; did you mean {close!r}?"
     return ""

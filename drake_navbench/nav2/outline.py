@@ -19,6 +19,7 @@ from drake_navbench.navigation.costmaps.costmap_settings import CostmapSettings
 
 # The largest distance of the base frame's origin from a footprint that is made larger, m.
 MAX_BESIDE_M = 0.05
+PADDING = "footprint_padding"
 
 
 class Outline(NamedTuple):
@@ -54,9 +55,19 @@ def note_small_inflation(
     reader.note(Status.DOUBTFUL, name, remark)
 
 
+def note_wide_cells(reader: NodeReader, cell_m: float, inscribed_radius_m: float) -> None:
+    """Notes a costmap's cells that are wider than the robot."""
+    width_m = 2.0 * inscribed_radius_m
+    if reader.given("resolution") and cell_m > width_m:
+        remark = f"a cell of {cell_m:g} m is wider than the robot, {width_m:.2g} m: in metres?"
+        reader.note(Status.DOUBTFUL, "resolution", remark)
+
+
 def read_outline(reader: NodeReader) -> Outline:
     """Returns the outline of a costmap; a footprint prevails over a radius, as in Nav2."""
-    padding = reader.value("footprint_padding")
+    padding = reader.number(PADDING, 0.0) if reader.given(PADDING) else None
+    if padding is not None and padding < 0.0:
+        raise reader.fault(PADDING, f"expected 0 or more, got {padding:g}")
     footprint = _footprint(reader)
     if footprint is None:
         return Outline(None, reader.value("robot_radius"), padding)

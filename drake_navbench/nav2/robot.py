@@ -36,6 +36,7 @@ from drake_navbench.nav2.costmaps import (
     read_local_costmap,
 )
 from drake_navbench.nav2.file_remarks import (
+    note_fast_turns,
     note_other_sections,
     note_outlines_of_a_radius,
     note_smoothed_away,
@@ -55,7 +56,12 @@ from drake_navbench.nav2.node_names import (
     WAYPOINT_FOLLOWER,
 )
 from drake_navbench.nav2.node_reader import NodeReader, Rows
-from drake_navbench.nav2.outline import Outline, note_small_inflation, read_outline
+from drake_navbench.nav2.outline import (
+    Outline,
+    note_small_inflation,
+    note_wide_cells,
+    read_outline,
+)
 from drake_navbench.nav2.parameters import Node, Section, nodes_called
 from drake_navbench.nav2.read_files import ReadFiles
 from drake_navbench.nav2.release import (
@@ -193,6 +199,7 @@ class _Files:
     def _note_across_nodes(self, presets: Sequence[Preset], robot: Robot) -> None:
         """Notes what is told by several nodes together, or by a node and the robot."""
         note_smoothed_away(self._rows, self._places, presets, robot)
+        note_fast_turns(self._rows, self._places, presets)
         for server in self._servers[:1]:
             checker = robot.navigation.goal_checker
             note_wide_tolerance(self._rows, server, checker, robot.radii[1])
@@ -203,6 +210,7 @@ class _Files:
         for reader, _ in self._outlines:
             settings = getattr(robot.navigation, reader.node.name.rpartition("/")[2])
             note_small_inflation(reader, settings, robot.radii[0])
+            note_wide_cells(reader, settings.resolution, robot.radii[0])
         if costmap_body(self._outlines):
             note_body(self._outlines, robot, self._base_name)
         if robot.is_circle:

@@ -207,3 +207,7 @@ class SensingLayers:
                 "this source sees nothing, as in Nav2"
             )
             self._reader.note(Status.DOUBTFUL, f"{place}max_obstacle_height", remark)
+        least_m, most_m = seeing[0].obstacle_min_range, seeing[0].obstacle_max_range
+        if least_m >= most_m:
+            remark = f"{least_m:g} m, not below obstacle_max_range, {most_m:g} m: nothing is marked"
+            self._reader.note(Status.DOUBTFUL, f"{place}obstacle_min_range", remark)

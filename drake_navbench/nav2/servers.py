@@ -49,6 +49,7 @@ NAVFN = "nav2_navfn_planner::NavfnPlanner"
 # Fields of a planner that no Nav2 file has.
 NOT_NAV2S = {"plugin", "expansions_per_second", RELEASE_FIELD}
 TURNING_RADIUS = "minimum_turning_radius"
+PARTIAL_PLAN = "allow_partial_planning"
 SIMPLE_SMOOTHER = SimpleSmoother.nav2_plugin
 DEFAULT_SMOOTHER = "simple_smoother"
 WAIT_AT_WAYPOINT = "nav2_waypoint_follower::WaitAtWaypoint"
@@ -107,11 +108,12 @@ def read_planner_server(reader: NodeReader, release: Release, cell_m: float) -> 
         remark = f"{types[name]}: SmacPlanner2D with its defaults is used instead"
         reader.note_block(Status.STAND_IN, name, remark)
         values = _classic({})
-    partial = "allow_partial_planning"
-    if reader.release >= Release.LYRICAL and reader.flag(partial, False):
-        remark = "a plan through poses that cannot reach all of them fails here"
-        reader.note(Status.STAND_IN, partial, remark)
-    reader.finish({"expected_planner_frequency", "costmap_update_timeout", partial})
+    if release < Release.LYRICAL and reader.given(PARTIAL_PLAN):
+        reader.note(Status.UNREAD, PARTIAL_PLAN, f"{release} does not read it")
+    elif reader.flag(PARTIAL_PLAN, False):
+        remark = "a plan through poses that does not reach all of them fails as a whole"
+        reader.note(Status.STAND_IN, PARTIAL_PLAN, remark)
+    reader.finish({"expected_planner_frequency", "costmap_update_timeout"})
     return {"planner": {"plugin": plugin_type, **values}}
 
 

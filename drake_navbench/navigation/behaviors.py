@@ -93,10 +93,12 @@ class BehaviorServerParameters(PluginBlocks):
     simulate_ahead_time: Duration = Field(
         2.0, ge=0.0, description="Time ahead for which collisions are predicted [s]."
     )
-    max_rotational_vel: AngularSpeed = Field(1.0, gt=0.0, description="Fastest spin [rad/s].")
+    max_rotational_vel: AngularSpeed = Field(
+        1.0, ge=0.0, description="Fastest spin [rad/s]; at 0 the robot does not spin."
+    )
     min_rotational_vel: AngularSpeed = Field(0.4, ge=0.0, description="Slowest spin [rad/s].")
     rotational_acc_lim: AngularAcceleration = Field(
-        3.2, gt=0.0, description="Largest angular deceleration of a spin [rad/s^2]."
+        3.2, ge=0.0, description="Largest angular deceleration of a spin [rad/s^2]."
     )
     backup: DriveLimits = Field(default_factory=DriveLimits)
     drive_on_heading: DriveLimits = Field(default_factory=DriveLimits)

@@ -74,6 +74,11 @@ def test_fields_that_the_map_server_does_not_read_are_told_and_change_nothing(ma
         load_map(map_yaml(modus="raw"))
 
 
+def test_cells_of_five_metres_are_told(map_yaml):
+    with pytest.warns(InputWarning, match=r"resolution: a cell is 5 m wide; is it in metres\?"):
+        load_map(map_yaml(resolution=5.0))
+
+
 def test_resolution_is_that_of_the_message(map_yaml):
     assert load_map(map_yaml()).resolution == 0.05000000074505806
 

@@ -43,10 +43,30 @@ def test_the_limits_are_those_of_the_controllers_file_that_names_the_wheels(tmp_
     path = write_repository(tmp_path)
     path.write_text(XACRO.replace("gz-sim-diff-drive-system", "x").replace("DiffDrive", "x"))
     file = tmp_path / "my_controllers.yaml"
-    file.write_text(CONTROLLERS)
+    # Of a key that is given twice the later one counts, as in ROS.
+    line = "      linear.x.max_velocity: 0.7\n"
+    file.write_text(CONTROLLERS.replace(line, line.replace("0.7", "0.6") + line))
     assert load_robot(str(path)).drive.max_linear_velocity_mps == 0.7
     file.write_text(CONTROLLERS.replace("left_wheel_joint", "other_wheel_joint"))
     assert load_robot(str(path), arguments={"length": "1"}).drive.max_linear_velocity_mps == 0.5
+
+
+OF_ROS1 = """
+type: diff_drive_controller/DiffDriveController
+left_wheel: [left_wheel_joint]
+right_wheel: right_wheel_joint
+linear: {x: {has_velocity_limits: true, max_velocity: 0.7}}
+"""
+
+
+@pytest.mark.parametrize("indented", [False, True], ids=["a whole file", "under its name"])
+def test_a_controllers_file_of_ros_1_is_known_by_its_type_whatever_its_name(tmp_path, indented):
+    path = write_repository(tmp_path)
+    path.write_text(XACRO.replace("gz-sim-diff-drive-system", "x").replace("DiffDrive", "x"))
+    text = f"cart: {{base: {{{','.join(OF_ROS1.split(chr(10))[1:-1])}}}}}" if indented else OF_ROS1
+    (tmp_path / "drive.yaml").write_text(text)
+    drive = load_robot(str(path)).drive
+    assert (drive.type, drive.max_linear_velocity_mps) == ("differential", 0.7)
 
 
 def test_the_controllers_file_is_the_robot_s_own_not_that_of_a_robot_beside_it(tmp_path):

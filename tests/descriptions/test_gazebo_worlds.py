@@ -217,6 +217,7 @@ def test_what_is_left_out_is_told(tmp_path):
     fuel = "<include><uri>https://fuel.gazebosim.org/1.0/O/models/Desk</uri></include>"
     height = standing("hill", "<heightmap><uri>h.png</uri></heightmap>", "0 0 0 0 0 0")
     gone = "<include><uri>model://gone</uri></include><include><uri>model://sun</uri></include>"
+    gone += "<include><name>nameless</name></include>"
     with pytest.warns(InputWarning) as told:
         found = load(tmp_path, robot + fuel + height + gone + '<light name="a" type="point"/>')
     text = " ".join(str(one.message) for one in told)
@@ -225,6 +226,7 @@ def test_what_is_left_out_is_told(tmp_path):
         "models/Desk: is on the net; expected its folder by --packages",
         "left out a heightmap",
         "left out model://gone: no such model",
+        "left out an <include>: expected a <uri> in it",
     ):
         assert words in text
     assert "sun" not in text
@@ -267,7 +269,7 @@ def test_a_model_that_includes_itself_is_one_line(tmp_path):
     (folder / "model.config").write_text('<model><sdf version="1.7">model.sdf</sdf></model>')
     include = "<include><uri>model://loop</uri></include>"
     (folder / "model.sdf").write_text(f'<sdf><model name="loop">{include}</model></sdf>')
-    with pytest.raises(InputError, match="nests deeper than 16 models"):
+    with pytest.raises(InputError, match="/loop: the model loop nests deeper than 16 models"):
         load(tmp_path, include)
 
 

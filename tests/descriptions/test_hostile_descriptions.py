@@ -231,6 +231,8 @@ def test_a_world_of_too_many_boxes_is_bounded(tmp_path, monkeypatch):
         ('xyz="0.1 nan 0"', "<origin> xyz='0.1 nan 0': expected numbers"),
         ('rpy="1.5.7 0 0"', "<origin> rpy='1.5.7 0 0': expected numbers"),
         ('xyz="1e200 0 0"', "<origin> xyz='1e200 0 0': expected numbers of at most 1e+06"),
+        ('xyz="0.1 0"', "<origin> xyz='0.1 0': expected 3 numbers, found 2"),
+        ('xyz="0.1, 0, 0"', "<origin> xyz='0.1, 0, 0': expected no commas; read as spaces"),
     ],
 )
 def test_a_text_that_is_no_number_is_told(tmp_path, text, told):
@@ -238,11 +240,40 @@ def test_a_text_that_is_no_number_is_told(tmp_path, text, told):
     assert told in " ".join(describe_robot(path).check.as_text(400).split())
 
 
+@pytest.mark.parametrize(
+    ("part", "told"),
+    [
+        (
+            '<joint name="arm" type="continous"><parent link="base_link"/><child link="hand"/>'
+            '</joint><link name="hand"/>',
+            "joint arm: type 'continous' is none of URDF's; taken as fixed",
+        ),
+        (
+            '<joint name="arm" type="fixed"><parent link="bse_link"/><child link="hand"/></joint>'
+            '<link name="hand"/>',
+            "joint arm: its parent link 'bse_link' is not there",
+        ),
+        (
+            '<link name="hand"><inertial><mass value="5kg"/></inertial></link>',
+            "<mass> value='5kg': expected numbers of at most 1e+06; 0 is taken for others",
+        ),
+    ],
+)
+def test_a_slip_in_a_joint_or_a_mass_is_told(tmp_path, part, told):
+    # What follows the base link, without its own end.
+    path = cart(tmp_path, f"{BOX}</link>{part}<link name='last'>")
+    assert told in " ".join(describe_robot(path).check.as_text(400).split())
+
+
 def test_the_numbers_of_a_world_are_told_and_those_of_its_plugins_are_not(tmp_path):
     path = tmp_path / "w.world"
     plugin = '<plugin name="p" filename="q"><pose>left of it</pose></plugin>'
-    path.write_text(world(box("a", "1 -1 1", "4 0 0") + box("b", "1 one 1", "0 4 0") + plugin))
-    negative, word = read_world(path).remarks
+    negative, word = ("a", "1 -1 1", "4 0 0 0 0 0"), ("b", "1 one 1", "0 4 0 0 0 0")
+    few = ("c", "1 1", "0 0 0 0 0")
+    path.write_text(world(box(*negative) + box(*word) + box(*few) + plugin))
+    negative, word, pose, size = read_world(path).remarks
+    assert pose == "<pose> '0 0 0 0 0': expected 6 numbers, found 5; 0 is taken for others"
+    assert size == "<size> '1 1': expected 3 numbers, found 2; 0 is taken for others"
     assert negative == "<size> '1 -1 1': expected no length below 0"
     assert word.startswith("<size> '1 one 1': expected numbers")
 

@@ -140,6 +140,35 @@ def test_a_file_s_name_may_be_composed_in_a_launch_file(tmp_path, text, is_named
     assert (found >= 0) is is_named
 
 
+@pytest.mark.parametrize("chosen", ["apple", "pear"])
+def test_an_argument_s_default_tells_which_robot_s_folder_it_is(tmp_path, chosen):
+    """One launch file composes the path, another one gives the folder."""
+    wheels = "".join(SDF_WHEEL.format(name=n, y=y) for n, y in (("a_wheel", 1), ("b_wheel", -1)))
+    body = f'<link name="base_link">{LIDAR}</link>{wheels}{DRIVE}'
+    for name in ("apple", "pear"):
+        (tmp_path / "robots" / name).mkdir(parents=True)
+        text = f'<sdf version="1.6"><model name="{name}">{body}</model></sdf>'
+        (tmp_path / "robots" / name / "model.sdf").write_text(text)
+    (tmp_path / "spawn.launch.py").write_text("share / 'robots' / robot / 'model.sdf'")
+    (tmp_path / "all.launch.py").write_text(f"Argument('robot', default_value='{chosen}')")
+    robot = find_package_files([tmp_path]).picked([])["robot"]
+    assert robot is not None
+    assert robot.parent.name == chosen
+
+
+def test_a_copy_of_nav2_s_own_sources_comes_after_the_robot_s_files(repository):
+    examples = repository / "navigation2"
+    for file, text in {
+        "nav2_costmap_2d/package.xml": "<package><name>nav2_costmap_2d</name></package>",
+        "nav2_bringup/params/nav2_params.yaml": NAV2.replace("0.3", "0.22"),
+        "nav2_bringup/launch/a.launch.py": "'params', 'nav2_params.yaml', 'maps', 'yard.yaml'",
+    }.items():
+        (examples / file).parent.mkdir(parents=True, exist_ok=True)
+        (examples / file).write_text(text)
+    nav2 = find_package_files([repository]).picked([])["nav2"]
+    assert nav2 == repository / "nav/config/nav2_params.yaml"
+
+
 @pytest.mark.parametrize(("half_m", "taken"), [(0.25, "model.sdf"), (0.4, "cart.urdf")])
 def test_a_urdf_without_lidar_gives_way_to_an_sdf_model_with_the_same_wheels(
     tmp_path, half_m, taken

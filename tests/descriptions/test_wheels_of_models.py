@@ -7,6 +7,7 @@ import math
 import pytest
 import trimesh
 
+from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.described_robot import describe_robot
 from drake_navbench.inputs.descriptions.body import base_of, wheels_of
 from drake_navbench.inputs.descriptions.drive_kinds import DIFFERENTIAL, OMNIDIRECTIONAL
@@ -60,6 +61,30 @@ def test_the_separation_is_that_of_the_tyres_not_of_the_joints(tmp_path):
     values = drive(path).values
     assert values["wheel_separation_m"] == pytest.approx(0.36)
     assert values["wheel_radius_m"] == pytest.approx(0.0625)
+
+
+def test_wheels_that_roll_along_y_of_the_base_frame_are_told(tmp_path):
+    """As drawing programs leave it: the axle along x, wheels at x = 0.17 and -0.17 m."""
+    parts = [wheel(side, 0, CYLINDER.format(0.05)) for side in ("left", "right")]
+    across = [
+        text.replace('xyz="0 0 -0.05"', f'xyz="{x} 0 -0.05"').replace('"0 1 0"', '"1 0 0"')
+        for text, x in zip(parts, (0.17, -0.17), strict=True)
+    ]
+    path = robot(tmp_path, *across)
+    assert drive(path).values["wheel_separation_m"] == pytest.approx(0.34)
+    (row,) = [r for r in describe_robot(path).check.rows if r.status is Status.DOUBTFUL]
+    assert row.remark == (
+        "roll along y of base_link, where ROS commands along its x; here they roll along x"
+    )
+
+
+def test_the_acceleration_of_ros_1_s_plugin_is_that_of_its_wheels_rims(tmp_path):
+    plugin = (
+        '<gazebo><plugin filename="libgazebo_ros_diff_drive.so" name="d">'
+        "<wheelAcceleration>1.8</wheelAcceleration></plugin></gazebo>"
+    )
+    parts = [wheel(side, y, CYLINDER.format(0.05)) for side, y in (("left", 0.2), ("right", -0.2))]
+    assert drive(robot(tmp_path, *parts, plugin)).values["max_linear_acceleration_mps2"] == 1.8
 
 
 def steered(rear_m, front_m):

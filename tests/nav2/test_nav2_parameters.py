@@ -250,3 +250,10 @@ def test_a_misspelt_ros_parameters_is_refused(read, key):
     """ROS refuses such a file: it expects no value above ros__parameters."""
     with pytest.raises(InputError, match=rf"line 2: expected ros__parameters, got '{key}'"):
         read(f"controller_server:\n  {key}:\n    a: 1\n")
+
+
+def test_a_node_without_ros_parameters_is_refused(read):
+    fault = "line 2: expected ros__parameters above controller_frequency"
+    with pytest.raises(InputError, match=fault):
+        read("controller_server:\n  controller_frequency: 20.0\n")
+    assert read("controller_server:\n  ros__parameters:\n").sections[0].parameters == {}

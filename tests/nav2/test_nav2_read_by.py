@@ -419,16 +419,6 @@ def test_what_lyrical_reads_without_an_effect_here_is_not_called_unknown(read_as
     assert row_of(setup, parameter).status == Status.NO_MEANING
 
 
-def test_a_partial_plan_through_poses_is_told_where_lyrical_would_take_it(read_as):
-    def status(release, value):
-        setup = read_as(release, "planner_server", f"allow_partial_planning: {value}")
-        return row_of(setup, "allow_partial_planning").status
-
-    assert status("lyrical", "true") == Status.STAND_IN
-    assert status("lyrical", "false") == Status.USED
-    assert status("jazzy", "true") == Status.NO_MEANING
-
-
 SHIM_OF_RPP = f"{SHIM!r}, primary_controller: {RPP!r}"
 DWB_WITH_CRITIC = f"{DWB!r}, critics: [PathDist]"
 MPPI_WITH_CRITIC = f"{MPPI!r}, critics: [GoalAngleCritic]"

@@ -100,6 +100,91 @@ def test_the_recoveries_server_is_not_read_since_humble(setup_in):
     assert setup.robot.navigation.behavior_server.max_rotational_vel == own.max_rotational_vel
 
 
+def test_a_robot_that_is_not_to_spin_has_rates_of_0(setup_in):
+    rates = "{max_rotational_vel: 0.0, min_rotational_vel: 0.0, rotational_acc_lim: 0.0}"
+    setup = setup_in(f"behavior_server: {{ros__parameters: {rates}}}\n", "humble")
+    assert setup.robot.navigation.behavior_server.max_rotational_vel == 0.0
+
+
+RPP = "plugin: 'nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController'"
+RADIUS = "robot_radius: 0.2, plugins: [a], a: {plugin: 'nav2_costmap_2d::ObstacleLayer', "
+SCAN = f"{RADIUS}observation_sources: scan, scan: {{obstacle_min_range: 3.0, data_type: LaserScan}}"
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "remark"),
+    [
+        (
+            f"{CONTROLLER}      {{{RPP}, rotate_to_heading_angular_vel: 57.0}}\n",
+            "rotate_to_heading_angular_vel",
+            "57 rad/s, 9.1 turns a second: in degrees?",
+        ),
+        (
+            "local_costmap: {local_costmap: {ros__parameters: {robot_radius: 0.5, resolution: 5.0,"
+            " rolling_window: true}}}",
+            "resolution",
+            "a cell of 5 m is wider than the robot, 1 m: in metres?",
+        ),
+        (
+            f"local_costmap: {{local_costmap: {{ros__parameters: {{{SCAN}}}}}}}}}",
+            "obstacle_min_range",
+            "3 m, not below obstacle_max_range, 2.5 m: nothing is marked",
+        ),
+    ],
+)
+def test_a_slip_in_a_unit_is_doubted(setup_in, text, place, remark):
+    row = row_of(setup_in(text, "jazzy"), place)
+    assert row.status is Status.DOUBTFUL
+    assert row.remark == remark
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        (
+            f"controller_server: {{ros__parameters: {{FollowPath: {{{RPP}}}, "
+            "controller_plugins: [FollowPath], goal_checker_plugins: [precise]}}",
+            "goal_checker_plugins: 'precise' is listed, but precise.plugin is missing",
+        ),
+        (
+            "local_costmap: {local_costmap: {ros__parameters: {footprint_padding: -0.2}}}",
+            "footprint_padding: expected 0 or more, got -0.2",
+        ),
+    ],
+)
+def test_what_nav2_does_not_start_with_names_its_line(setup_in, text, fault):
+    with pytest.raises(InputError, match=f"line 1: .*{fault}"):
+        setup_in(text, "jazzy")
+
+
+def test_parameters_that_stand_twice_in_their_key_are_told(setup_in):
+    text = "controller_server: {ros__parameters: {ros__parameters: {controller_frequency: 5.0}}}"
+    row = row_of(setup_in(text, "jazzy"), "ros__parameters")
+    assert row.status is Status.UNREAD
+    assert row.remark == "ros__parameters stands within itself: ROS gives the node none of these"
+
+
+@pytest.mark.parametrize("name", ["dwb_core/DWBLocalPlanner", "dwb_core:DWBLocalPlanner"])
+def test_a_slip_in_a_controllers_type_is_told_with_the_right_one(setup_in, name):
+    blocks = f"A: {{{RPP}}}, B: {{plugin: '{name}'}}"
+    text = f"controller_server: {{ros__parameters: {{controller_plugins: [A, B], {blocks}}}}}\n"
+    hint = "no such controller here, no column; did you mean 'dwb_core::DWBLocalPlanner'?"
+    assert row_of(setup_in(text, "jazzy"), "B.plugin").remark.endswith(hint)
+
+
+@pytest.mark.parametrize(
+    ("release", "value", "status"),
+    [
+        ("lyrical", "false", Status.USED),
+        ("lyrical", "true", Status.STAND_IN),
+        ("kilted", "true", Status.UNREAD),
+    ],
+)
+def test_part_of_a_plan_through_poses_is_no_plan_here(setup_in, release, value, status):
+    text = f"planner_server: {{ros__parameters: {{allow_partial_planning: {value}}}}}\n"
+    assert row_of(setup_in(text, release), "allow_partial_planning").status is status
+
+
 @pytest.mark.parametrize(
     ("value", "status"),
     [("costmap_converter::CostmapToLinesDBSMCCH", Status.STAND_IN), ("''", Status.NO_MEANING)],

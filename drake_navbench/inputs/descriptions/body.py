@@ -48,11 +48,15 @@ class Body(NamedTuple):
 
 
 class Wheel(NamedTuple):
-    """A wheel; position: centre of its tyre (3,) m in the base frame; radius_m: None: unknown."""
+    """A wheel; position: centre of its tyre (3,) m in the base frame; radius_m: None: unknown.
+
+    axle: (3,) the axis about which it turns, in the base frame.
+    """
 
     joint: Joint
     position: Array
     radius_m: float | None
+    axle: Array
 
 
 def plain_name(link: str) -> str:
@@ -227,7 +231,7 @@ def wheels_of(model: Model, base: str) -> list[Wheel]:
         link = model.links[joint.child]
         tyre = _round_tyre(link, to_base) or _mesh_tyre(link, to_base)
         position, radius_m = tyre or ((to_base @ link.pose)[:3, 3], None)
-        wheels.append(Wheel(joint, position, radius_m))
+        wheels.append(Wheel(joint, position, radius_m, to_base[:3, :3] @ joint.axis))
     return _near_the_floor(wheels)
 
 

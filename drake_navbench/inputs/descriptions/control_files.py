@@ -1,4 +1,4 @@
-"""A drive by ros2_control: its parameter files, and the limits in a model's blocks."""
+"""A drive by ros2_control or ROS 1's ros_control: parameter files, limits in a model's blocks."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from pathlib import Path
 from typing import Any
+
+import yaml
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.descriptions.body import Wheel
@@ -17,12 +19,15 @@ from drake_navbench.inputs.descriptions.drive_kinds import (
 from drake_navbench.inputs.descriptions.model import Joint, Model
 from drake_navbench.inputs.descriptions.poses import number
 from drake_navbench.inputs.descriptions.ros_packages import Packages
-from drake_navbench.typed_files.typed_yaml import read_yaml
+from drake_navbench.typed_files.input_file import read_head_text
+from drake_navbench.typed_files.typed_yaml import read_text
+from drake_navbench.typed_files.yaml_loader import require_limits
 
 CONTROL = ("ros2_control", "ros_control")
-CONTROLLERS_FILE = re.compile(r"control.*\.ya?ml$")
-# left_wheel_names, front_left_wheel_command_joint_name, traction_joints_names, rear_wheels_names.
-JOINTS_KEY = re.compile(r"(?:wheel|joint)s?_names?$")
+CONTROLLER_TYPE = re.compile(r"\btype[\"']?\s*:\s*[\"']?([\w/:]+)")
+# left_wheel_names, front_left_wheel_command_joint_name, traction_joints_names, rear_wheels_names;
+# left_wheel of ROS 1.
+JOINTS_KEY = re.compile(r"(?:wheel|joint)s?_names?$|^(?:left|right)_wheel$")
 
 
 def controller_files(model: Model) -> list[str]:
@@ -46,7 +51,9 @@ def by_controllers(files: Sequence[str], packages: Packages) -> FoundDrive | Non
 
 
 def _may_have_controllers(file: Path) -> bool:
-    return CONTROLLERS_FILE.search(file.name) is not None
+    if file.suffix not in (".yaml", ".yml"):
+        return False
+    return any(kind_of(kind) for kind in CONTROLLER_TYPE.findall(read_head_text(file)))
 
 
 def by_wheel_names(model: Model, wheels: Sequence[Wheel], packages: Packages) -> FoundDrive | None:
@@ -70,10 +77,8 @@ def _controllers_in(
 
     is_ours: tells by the joints that a controller drives and steers whether it counts.
     """
-    try:
-        nodes = dict(_nodes(read_yaml(path)))
-    except InputError:
-        return None
+    block = _read(path)
+    nodes = dict(_nodes(block)) or dict(_nodes_of_ros1(block))
     parameters = [pair for block in nodes.values() for pair in block.items()]
     types = {
         name: str(block.get("type", "")) for name, block in parameters if isinstance(block, Mapping)
@@ -84,12 +89,24 @@ def _controllers_in(
         for name, kind in parameters
         if str(name).endswith(".type") and isinstance(kind, str)
     }
+    types |= {name: str(own["type"]) for name, own in nodes.items() if "type" in own}
     for name, kind_name in types.items():
         kind, own = kind_of(kind_name), nodes.get(name, {})
         if kind and is_ours(_named_joints(own)):
             steers = _named_joints({key: own[key] for key in own if "steer" in str(key)})
             return FoundDrive(kind, path.name, _controller_values(own), steering=frozenset(steers))
     return None
+
+
+def _read(path: Path) -> Mapping[str, Any]:
+    """Returns a file's content, {} for no YAML; of equal keys the later counts, as in ROS."""
+    try:
+        text = read_text(path)
+        require_limits(text)
+        block = yaml.safe_load(text)
+    except (InputError, yaml.YAMLError, ValueError):
+        return {}
+    return block if isinstance(block, Mapping) else {}
 
 
 def _named_joints(parameters: Mapping[str, Any]) -> set[str]:
@@ -109,6 +126,21 @@ def _nodes(block: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
                 yield str(name).rpartition("/")[2], parameters
             else:
                 yield from _nodes(node)
+
+
+def _nodes_of_ros1(
+    block: Mapping[str, Any], name: str = ""
+) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """Yields ROS 1's controllers, in any namespace: name and parameters.
+
+    name: that of the block; '' for a whole file, whose name a launch file gives.
+    """
+    if isinstance(block.get("type"), str):
+        yield name, block
+        return
+    for key, inner in block.items():
+        if isinstance(inner, Mapping):
+            yield from _nodes_of_ros1(inner, str(key))
 
 
 def _controller_values(parameters: Mapping[str, Any]) -> dict[str, float]:

@@ -28,6 +28,7 @@ from drake_navbench.inputs.descriptions.wheel_layout import (
     LEAST,
     add_turning,
     drive_by_wheels,
+    roll_along_y,
 )
 from drake_navbench.inputs.descriptions.xml_file import text_of
 
@@ -58,7 +59,8 @@ def drive_of(
     found = _by_plugin(model) or by_controllers(files, packages)
     found = found or by_wheel_names(model, wheels, packages) or drive_by_wheels(model, wheels)
     values = dict(found.values)
-    sides = [float(w.position[1]) for w in wheels]
+    side = 0 if roll_along_y(wheels) else 1
+    sides = [float(w.position[side]) for w in wheels]
     separation_m = max(sides) - min(sides) if len(sides) >= 2 else 0.0
     modelled = {"wheel_radius_m": radius_m or 0.0, "wheel_separation_m": separation_m}
     modelled = {name: value for name, value in modelled.items() if value > LEAST}
@@ -121,7 +123,7 @@ def _plugin_values(plugin: ElementTree.Element, kind: str) -> dict[str, float]:
             # The classic plugin's acceleration is that of a wheel's rim, m/s^2; 0 stands for none.
             "max_linear_acceleration",
             "max_acceleration",
-            "max_wheel_acceleration",
+            *("max_wheel_acceleration", "wheelAcceleration"),
         ),
         "max_angular_acceleration_radps2": told("max_angular_acceleration", "max_acceleration"),
     }

@@ -47,6 +47,9 @@ class SdfReader:
     def included(self, include: ElementTree.Element) -> tuple[ElementTree.Element, Path] | None:
         """Returns the <model> that an <include> names, and its folder; else None and a remark."""
         uri = (text_of(include, "uri") or "").strip().rstrip("/")
+        if not uri:
+            self._tell("left out an <include>: expected a <uri> in it")
+            return None
         place = self._place(uri)
         if place is None:
             why = "is on the net; expected its folder by --packages" if uri.startswith(FUEL) else ""
@@ -98,7 +101,10 @@ class SdfReader:
     ) -> None:
         """Adds the parts of a <model> at a pose; prefix: begins the names in it."""
         if depth > MAX_NESTED:
-            raise InputError(f"model {model.name}: nests deeper than {MAX_NESTED} models")
+            raise InputError(
+                f"{folder}: the model {model.name} nests deeper than {MAX_NESTED} models; "
+                "expected one that does not include itself"
+            )
         self._count_part()
         frames = Frames(element)
         for nested in element.findall("model"):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -19,6 +19,8 @@ from drake_navbench.kernels.arrays import Array
 FIXED = "fixed"
 # The kinds of joints without limits of their angle.
 ENDLESS = "continuous"
+KINDS = (FIXED, ENDLESS, "revolute", "prismatic", "floating", "planar")
+MOST_TOLD = 5
 MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
@@ -38,7 +40,7 @@ def read_urdf(root: ElementTree.Element, packages: Packages) -> Model:
         pose = _pose_of_link(name, above, poses, model)
         model.links[name] = _link(name, element, pose, packages, colours)
     model.joints += [_joint(joint, poses) for joint in joints]
-    model.remarks += _repeated(root)
+    model.remarks += [*_repeated(root), *_loose(joints, elements)]
     _read_gazebo(root, model, poses)
     return model
 
@@ -52,6 +54,19 @@ def _repeated(root: ElementTree.Element) -> list[str]:
     if not named:
         return []
     return [f"{', '.join(named)}: described more than once, which ROS refuses; the last one counts"]
+
+
+def _loose(joints: Sequence[ElementTree.Element], links: Collection[str]) -> list[str]:
+    """Returns a remark on each joint of an unknown type, or between links that are not there."""
+    told = []
+    for joint in joints:
+        name, kind = joint.get("name", ""), joint.get("type", "")
+        if kind not in KINDS:
+            told.append(f"joint {name}: type {kind!r} is none of URDF's; taken as fixed")
+        for end in ("parent", "child"):
+            if _link_of(joint, end) not in links:
+                told.append(f"joint {name}: its {end} link {_link_of(joint, end)!r} is not there")
+    return told[:MOST_TOLD]
 
 
 def _joint(joint: ElementTree.Element, poses: Mapping[str, Array]) -> Joint:

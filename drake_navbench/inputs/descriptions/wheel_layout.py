@@ -95,6 +95,14 @@ def _roll_sideways(wheels: Sequence[Wheel]) -> bool:
     return len(counts) >= 3 or (len(counts) == 2 and min(count for _, count in counts) >= 2)
 
 
+def roll_along_y(wheels: Sequence[Wheel]) -> bool:
+    """Tells whether all wheels roll along y of the base frame, whose x is forward in ROS.
+
+    Programs for drawing leave a robot's axes as they were drawn.
+    """
+    return bool(wheels) and all(abs(wheel.axle[0]) > abs(wheel.axle[1]) for wheel in wheels)
+
+
 def add_turning(
     values: dict[str, float], model: Model, wheels: Sequence[Wheel], named: Set[str]
 ) -> None:

@@ -48,6 +48,8 @@ NEARLY_FREE = 0.01
 LEAST_SHARE = 0.01
 # ImageMagick's weights of red, green and blue (Rec. 709), by which Nav2 makes colours grey.
 LUMA = np.array([0.212656, 0.715158, 0.072186])
+# No map of a robot's has wider cells, m.
+WIDE_CELL_M = 1.0
 GREY_MODES = ("1", "L", "LA")
 COLOUR_MODES = ("P", "PA", "RGB", "RGBA")
 IMAGE_SUFFIXES = (".pgm", ".png", ".bmp", ".jpg", ".jpeg", ".gif", ".tif", ".tiff")
@@ -177,6 +179,9 @@ def load_map(path: str | Path, *, as_saved: bool = False) -> OccupancyMap:
         warning = f"{path}: {name}: has no effect, Nav2's map server reads no such field{hint}"
         warnings.warn(warning, InputWarning, stacklevel=2)
     metadata = validate(MapMetadata, fields, str(path), text)
+    if metadata.resolution > WIDE_CELL_M:
+        warning = f"{path}: resolution: a cell is {metadata.resolution:g} m wide; is it in metres?"
+        warnings.warn(warning, InputWarning, stacklevel=2)
     if metadata.free_thresh > metadata.occupied_thresh:
         warning = (
             f"{path}: free_thresh {metadata.free_thresh} exceeds occupied_thresh "
