@@ -21,7 +21,7 @@ The rules, written before the first answer to a case of the lists that count:
   these the collector writes the case's words and class and, where they are about a symptom, answers
   the doctor's question. Only then the change is unmasked, and the case is taken or refused: taken
   if it changes at most 6 parameters of Nav2 that the words explain (the same one in both costmaps
-  counts once). Owners of other lists are left out; at most 3 cases per owner. An answer is not changed
+  counts once). Owners of other lists are left out; at most 3 cases per owner. No answer is changed
   after that. Where the masked words have betrayed the cure, the case is marked, and the score is
   told without these, too.
 - A case is one unit; intervals by owner, who may have several cases. First and among three, with
