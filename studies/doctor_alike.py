@@ -48,7 +48,7 @@ from typing import NamedTuple
 import numpy as np
 import yaml
 
-from drake_navbench.studies.doctor.alike import Alike, complaints_alike, complaints_named
+from drake_navbench.studies.doctor.alike import Alike, Told, complaints_alike, complaints_named
 from drake_navbench.studies.doctor.complaints import symptoms_called
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.known_cases import (
@@ -77,8 +77,8 @@ class Asked(NamedTuple):
 
     def rank(self, names: Sequence[str] = ()) -> int | None:
         """Returns the rank of the first hit among the causes, from 1; names: those of --like."""
-        liked = complaints_named(names, self.facts)
-        found = suspicions_of(self.facts, self.symptom, self.case.words, liked)
+        told = Told(self.case.words, complaints_named(names, self.facts))
+        found = suspicions_of(self.facts, self.symptom, told)
         hits = (n for n, s in enumerate(found, 1) if is_hit(s.cause, self.case, self.facts))
         return next(hits, None)
 
@@ -94,9 +94,9 @@ def asked_of(names: Sequence[str], files: Path) -> Iterator[Asked]:
         for case in read_cases(LISTS / f"{name}.yaml"):
             facts = facts_of_case(case, files)
             symptom = symptoms_called(case.symptom_class)[0]
-            found = suspicions_of(facts, symptom, case.words)
-            scores = {suspicion.cause.key: suspicion.score for suspicion in found}
-            yield Asked(case, facts, symptom, complaints_alike(facts, symptom, case.words, scores))
+            told = Told(case.words)
+            found = suspicions_of(facts, symptom, told)
+            yield Asked(case, facts, symptom, complaints_alike(facts, symptom, told, found))
 
 
 def ask(asked: Sequence[Asked]) -> None:

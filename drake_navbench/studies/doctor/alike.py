@@ -8,13 +8,14 @@ the program. The complaint that a user names counts like relevance feedback in a
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from drake_navbench.errors import InputError
 from drake_navbench.studies.doctor.causes import Cause
 from drake_navbench.studies.doctor.complaints import (
     OTHER_SYMPTOM,
     Known,
+    class_named,
     cosines,
     known_complaints,
     likeness_of,
@@ -22,6 +23,9 @@ from drake_navbench.studies.doctor.complaints import (
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.possible import is_there
 from drake_navbench.studies.doctor.symptoms import Symptom
+
+if TYPE_CHECKING:
+    from drake_navbench.studies.doctor.reading import Suspicion
 
 # The number of complaints that a user is asked about.
 MOST_ASKED = 12
@@ -33,8 +37,25 @@ LONGEST = 140
 BY_WORDS = 3.0
 # The weight of a complaint that a user names, by the score of the likeliest cause: a little more.
 LIKED = 1.1
+# The reason for a cure of a complaint that a user names.
+YOU_NAMED = "The complaint that you named has this cure."
 # The factor of the second complaint that a user names, of the third, and so on.
 NEXT_NAMED = 0.5
+
+
+class Told(NamedTuple):
+    """A user's words about symptom and robot, and the known complaints named as most like them."""
+
+    words: str = ""
+    liked: tuple[Known, ...] = ()
+
+    @property
+    def has_words(self) -> bool:
+        """Whether there are words besides the name of a class of symptoms."""
+        return bool(self.words) and class_named(self.words) is None
+
+
+NOTHING_TOLD = Told()
 
 
 class Alike(NamedTuple):
@@ -52,14 +73,19 @@ class _Entry(NamedTuple):
 
 
 def complaints_alike(
-    facts: Facts, symptom: Symptom, words: str, scores: dict[tuple[str, str], float]
+    facts: Facts, symptom: Symptom, told: Told, suspicions: Sequence[Suspicion]
 ) -> list[Alike]:
     """Returns the complaints that a user is asked about, the likeliest first.
 
+    None if the user has no words, or has answered already.
+
     Each has another likeliest cure and reads differently. They stand in the order of that cure's
-    score with the likeness to the user's words. scores: of the suspicions, by key.
+    score among the suspicions, with the likeness to the user's words.
     """
-    alike = {known.name: cosine for known, cosine in cosines(words)}
+    if told.liked or not told.has_words:
+        return []
+    scores = {suspicion.cause.key: suspicion.score for suspicion in suspicions}
+    alike = {known.name: cosine for known, cosine in cosines(told.words)}
     best: dict[tuple[str, str], _Entry] = {}
     for known in known_complaints():
         is_own = symptom in known.complaint.symptoms
@@ -108,7 +134,7 @@ def possible_cures(facts: Facts, known: Known) -> list[tuple[float, Cause]]:
     return sorted(cures, key=lambda cure: -cure[0])
 
 
-def complaints_named(names: Sequence[str], facts: Facts) -> list[Known]:
+def complaints_named(names: Sequence[str], facts: Facts) -> tuple[Known, ...]:
     """Returns the complaints that `--like` names; raises InputError."""
     by_name = {known.name: known for known in known_complaints()}
     found = []
@@ -124,7 +150,7 @@ def complaints_named(names: Sequence[str], facts: Facts) -> list[Known]:
                 "file; expected another one of the list that the doctor prints after its causes"
             )
         found.append(by_name[name])
-    return found
+    return tuple(found)
 
 
 def causes_liked(facts: Facts, liked: Sequence[Known]) -> list[tuple[float, Cause]]:

@@ -172,15 +172,21 @@ def symptoms_called(text: str) -> list[Symptom]:
     return classes
 
 
+def class_named(text: str) -> Symptom | None:
+    """Returns the class whose name a text is, with spaces or hyphens for underlines."""
+    name = re.sub(r"[\s-]+", "_", text.strip().lower())
+    return Symptom(name) if name in list(Symptom) else None
+
+
 def symptoms_told(text: str) -> list[Symptom]:
     """Returns the class that is named, else the classes that a user's words may tell.
 
     The likeliest is first. Every known complaint that is like the words counts for its symptoms, by
     the cosine, and for its second one half as much; so does the line on what each class looks like.
     """
-    name = re.sub(r"[\s-]+", "_", text.strip().lower())
-    if name in list(Symptom):
-        return [Symptom(name)]
+    named = class_named(text)
+    if named is not None:
+        return [named]
     text = NO_PLAN.sub("no valid path", text)
     alike = sorted(cosines(text), key=lambda item: -item[1])[:MOST_ALIKE_FOR_CLASS]
     likeness, own = dict.fromkeys(Symptom, 0.0), terms_of(text)

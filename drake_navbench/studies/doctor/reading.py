@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import cache
 from typing import NamedTuple
 
 from drake_navbench.plugins.releases import Release
-from drake_navbench.studies.doctor.alike import BY_WORDS, LIKED, causes_liked
+from drake_navbench.studies.doctor.alike import (
+    BY_WORDS,
+    LIKED,
+    NOTHING_TOLD,
+    YOU_NAMED,
+    Told,
+    causes_liked,
+)
 from drake_navbench.studies.doctor.attempts import is_among, named_in, tried_in_vain
 from drake_navbench.studies.doctor.causes import RELEASE, Cause, Direction
-from drake_navbench.studies.doctor.complaints import ALSO, Known, causes_by_words
+from drake_navbench.studies.doctor.complaints import ALSO, causes_by_words
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.far_values import far_values
 from drake_navbench.studies.doctor.left_out import CRITIC
@@ -132,19 +139,16 @@ class Words(NamedTuple):
         return TRIED if is_among(cause, self.in_vain) else 1.0
 
 
-def suspicions_of(
-    facts: Facts, symptom: Symptom, words: str = "", liked: Sequence[Known] = ()
-) -> list[Suspicion]:
+def suspicions_of(facts: Facts, symptom: Symptom, told: Told = NOTHING_TOLD) -> list[Suspicion]:
     """Returns the possible causes of a symptom, the likeliest first.
 
-    words: of the user, about symptom and robot. liked: the known complaints that the user named as
-    most like the own; the cures of the first one come first.
+    A cure of the known complaint that the user named first comes before all others.
     """
-    told = Words.of(words)
+    named = Words.of(told.words)
     evidence: dict[tuple[str, Direction], list[tuple[float, Cause, str, Finding | None]]] = {}
 
     def add(weight: float, cause: Cause, why: str, finding: Finding | None = None) -> None:
-        weight *= told.factor(cause) * _fit(symptom, cause)
+        weight *= named.factor(cause) * _fit(symptom, cause)
         if weight > 0.0:
             evidence.setdefault(cause.key, []).append((weight, cause, why, finding))
 
@@ -158,25 +162,26 @@ def suspicions_of(
             weight *= OF_DEFAULTS
         for cause in finding.cures:
             if is_there(facts, cause):
-                add(weight * _named_factor(facts, cause, told), cause, finding.seen, finding)
+                add(weight * _named_factor(facts, cause, named), cause, finding.seen, finding)
                 weight *= NEXT_CURE
     for suspect in suspects_of(symptom, facts.kinds):
         if is_there(facts, suspect.cause):
-            factor = value_factor(facts, suspect.cause) * _named_factor(facts, suspect.cause, told)
+            factor = value_factor(facts, suspect.cause) * _named_factor(facts, suspect.cause, named)
             factor *= OF_OUTSIDE if facts.is_whole and _is_elsewhere(suspect.cause) else 1.0
             add(suspect.weight * factor, suspect.cause, suspect.cause.why)
     places = {place for place, _ in evidence}
-    for weight, cause in _named_causes(facts, told):
+    for weight, cause in _named_causes(facts, named):
         if cause.key not in evidence:
             add(weight * (OTHER_WAY if cause.place in places else 1.0), cause, cause.why)
     found = {key: _merged(pieces) for key, pieces in evidence.items()}
-    for alike, cause in causes_by_words(facts, symptom, words):
+    for alike, cause in causes_by_words(facts, symptom, told.words):
         if is_there(facts, cause):
             weight = BY_WORDS * alike * value_factor(facts, cause)
             found[cause.key] = _with_words(found.get(cause.key), cause, weight)
     most = max((suspicion.score for suspicion in found.values()), default=1.0)
-    for share, cause in causes_liked(facts, liked):
-        found[cause.key] = _with_words(found.get(cause.key), cause, LIKED * most * share)
+    for share, cause in causes_liked(facts, told.liked):
+        own = _with_words(found.get(cause.key), cause, LIKED * most * share)
+        found[cause.key] = own._replace(reasons=(YOU_NAMED, *own.reasons))
     return sorted(found.values(), key=lambda s: (-s.score, s.cause.place))
 
 
