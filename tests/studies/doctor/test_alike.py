@@ -14,6 +14,7 @@ from drake_navbench.studies.doctor.alike import (
     LIKED,
     NEXT_NAMED,
     YOU_NAMED,
+    Alike,
     Told,
     causes_liked,
     complaints_alike,
@@ -21,9 +22,11 @@ from drake_navbench.studies.doctor.alike import (
     line_of,
 )
 from drake_navbench.studies.doctor.complaints import known_complaints
+from drake_navbench.studies.doctor.page import page
 from drake_navbench.studies.doctor.partial_files import facts_of_values
 from drake_navbench.studies.doctor.reading import suspicions_of
 from drake_navbench.studies.doctor.symptoms import Symptom
+from drake_navbench.studies.doctor.visit import Visit
 
 
 def entry(says: str, *cures: str, **more: object) -> dict[str, object]:
@@ -179,6 +182,12 @@ def test_the_command_lists_complaints_in_80_columns_and_takes_a_name(doctor, tab
     assert (status, causes[1].strip()[:21]) == (0, "1. raise amcl.alpha3,")
     assert causes[2].strip() == YOU_NAMED
     assert "Which of these" not in printed
+
+
+def test_the_page_asks_the_same(facts, patient):
+    found = Visit(facts, alike=[Alike("abcde", "speed < 1 m/s")])
+    assert "<code>abcde</code></td><td>speed &lt; 1 m/s</td>" in page(found, patient)
+    assert "asks back" not in page(Visit(facts), patient)
 
 
 def test_what_like_cannot_take_is_one_line(doctor, table):
