@@ -41,9 +41,25 @@ def _doctor(arguments: argparse.Namespace) -> int:
         _look_at_log(arguments)
         return EXIT_DONE
     if arguments.package is not None:
-        arguments = _with_package(arguments)
-    elif arguments.pick:
+        return _look_into_package(arguments)
+    if arguments.pick:
         raise InputError(f"--pick {arguments.pick[0]}: expected --package as well")
+    return _look_at_files(arguments)
+
+
+def _look_into_package(arguments: argparse.Namespace) -> int:
+    """Looks at the Nav2 file of a repository; an error about it says how to go on."""
+    from drake_navbench.campaign.package_arguments import advising_on_found_files
+
+    arguments = _with_package(arguments)
+    if arguments.read_only:
+        return _look_at_files(arguments)
+    alone, other = "--read-only reads what it can of it", ", --pick nav2=N another of the list"
+    with advising_on_found_files(arguments, alone, other):
+        return _look_at_files(arguments)
+
+
+def _look_at_files(arguments: argparse.Namespace) -> int:
     if not arguments.files:
         raise InputError("doctor: expected a Nav2 file, --package, --log or --score")
     if arguments.measure_board is not None:
