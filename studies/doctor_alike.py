@@ -48,7 +48,7 @@ from typing import NamedTuple
 import numpy as np
 import yaml
 
-from drake_navbench.studies.doctor.alike import Alike, Told, complaints_alike, complaints_named
+from drake_navbench.studies.doctor.alike import Alike, Told, complaints_named
 from drake_navbench.studies.doctor.complaints import symptoms_called
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.known_cases import (
@@ -58,7 +58,7 @@ from drake_navbench.studies.doctor.known_cases import (
     is_hit,
     read_cases,
 )
-from drake_navbench.studies.doctor.reading import suspicions_of
+from drake_navbench.studies.doctor.reading import asked_about, suspicions_of
 from drake_navbench.studies.doctor.symptoms import Symptom
 
 HERE = Path(__file__).parent
@@ -96,7 +96,7 @@ def asked_of(names: Sequence[str], files: Path) -> Iterator[Asked]:
             symptom = symptoms_called(case.symptom_class)[0]
             told = Told(case.words)
             found = suspicions_of(facts, symptom, told)
-            yield Asked(case, facts, symptom, complaints_alike(facts, symptom, told, found))
+            yield Asked(case, facts, symptom, asked_about(facts, symptom, told, found))
 
 
 def ask(asked: Sequence[Asked]) -> None:

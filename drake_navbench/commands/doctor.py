@@ -203,9 +203,8 @@ def _told(arguments: argparse.Namespace, symptom: Symptom | None, patient: Patie
 
 def _read(patient: Patient, symptom: Symptom | None, told: Told) -> None:
     """Prints the first look: the rules that fire, the symptom's causes, and the question."""
-    from drake_navbench.studies.doctor.alike import complaints_alike
     from drake_navbench.studies.doctor.far_values import FAR
-    from drake_navbench.studies.doctor.reading import findings_of, suspicions_of
+    from drake_navbench.studies.doctor.reading import asked_about, findings_of, suspicions_of
     from drake_navbench.studies.doctor.told import (
         told_of_model,
         told_of_reading,
@@ -222,7 +221,7 @@ def _read(patient: Patient, symptom: Symptom | None, told: Told) -> None:
         findings.sort(key=lambda finding: finding.rule.name.startswith(FAR))
     lines = told_of_reading(facts, findings, suspects, symptom)
     if symptom is not None:
-        lines += told_question(complaints_alike(facts, symptom, told, suspects))
+        lines += told_question(asked_about(facts, symptom, told, suspects))
     print_text("\n".join([*lines, *told_of_model(patient.contradictions())]) + "\n")
 
 

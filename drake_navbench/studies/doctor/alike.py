@@ -7,11 +7,11 @@ the program. The complaint that a user names counts like relevance feedback in a
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
 
 from drake_navbench.errors import InputError
-from drake_navbench.studies.doctor.causes import Cause
+from drake_navbench.studies.doctor.causes import Cause, Direction
 from drake_navbench.studies.doctor.complaints import (
     OTHER_SYMPTOM,
     Known,
@@ -23,9 +23,6 @@ from drake_navbench.studies.doctor.complaints import (
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.possible import is_there
 from drake_navbench.studies.doctor.symptoms import Symptom
-
-if TYPE_CHECKING:
-    from drake_navbench.studies.doctor.reading import Suspicion
 
 # The number of complaints that a user is asked about.
 MOST_ASKED = 12
@@ -73,20 +70,19 @@ class _Entry(NamedTuple):
 
 
 def complaints_alike(
-    facts: Facts, symptom: Symptom, told: Told, suspicions: Sequence[Suspicion]
+    facts: Facts, symptom: Symptom, told: Told, scores: Mapping[tuple[str, Direction], float]
 ) -> list[Alike]:
     """Returns the complaints that a user is asked about, the likeliest first.
 
     None if the user has no words, or has answered already.
 
     Each has another likeliest cure and reads differently. They stand in the order of that cure's
-    score among the suspicions, with the likeness to the user's words.
+    score with the likeness to the user's words. scores: of the suspicions, by their cause's key.
     """
     if told.liked or not told.has_words:
         return []
-    scores = {suspicion.cause.key: suspicion.score for suspicion in suspicions}
     alike = {known.name: cosine for known, cosine in cosines(told.words)}
-    best: dict[tuple[str, str], _Entry] = {}
+    best: dict[tuple[str, Direction], _Entry] = {}
     for known in known_complaints():
         is_own = symptom in known.complaint.symptoms
         likeness = alike.get(known.name, 0.0) * (1.0 if is_own else OTHER_SYMPTOM)
@@ -158,7 +154,7 @@ def causes_liked(facts: Facts, liked: Sequence[Known]) -> list[tuple[float, Caus
 
     The likeliest cure of the first complaint has 1.
     """
-    best: dict[tuple[str, str], tuple[float, Cause]] = {}
+    best: dict[tuple[str, Direction], tuple[float, Cause]] = {}
     for number, known in enumerate(liked):
         cures = possible_cures(facts, known)
         for share, cause in cures:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cache
 from typing import NamedTuple
 
@@ -12,8 +12,10 @@ from drake_navbench.studies.doctor.alike import (
     LIKED,
     NOTHING_TOLD,
     YOU_NAMED,
+    Alike,
     Told,
     causes_liked,
+    complaints_alike,
 )
 from drake_navbench.studies.doctor.attempts import is_among, named_in, tried_in_vain
 from drake_navbench.studies.doctor.causes import RELEASE, Cause, Direction
@@ -183,6 +185,14 @@ def suspicions_of(facts: Facts, symptom: Symptom, told: Told = NOTHING_TOLD) -> 
         own = _with_words(found.get(cause.key), cause, LIKED * most * share)
         found[cause.key] = own._replace(reasons=(YOU_NAMED, *own.reasons))
     return sorted(found.values(), key=lambda s: (-s.score, s.cause.place))
+
+
+def asked_about(
+    facts: Facts, symptom: Symptom, told: Told, suspicions: Sequence[Suspicion]
+) -> list[Alike]:
+    """Returns the known complaints of which the user is asked which is most like the own."""
+    scores = {suspicion.cause.key: suspicion.score for suspicion in suspicions}
+    return complaints_alike(facts, symptom, told, scores)
 
 
 def _with_words(known: Suspicion | None, cause: Cause, weight: float) -> Suspicion:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from drake_navbench.inputs.scenario import Scenario
-from drake_navbench.studies.doctor.alike import Alike, Told, complaints_alike
+from drake_navbench.studies.doctor.alike import Alike, Told
 from drake_navbench.studies.doctor.change import Judged, best_of, judge
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.differences import ways_back, with_differences
@@ -23,7 +23,7 @@ from drake_navbench.studies.doctor.experiment import Experiment
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.files import Patient, speed_asked
 from drake_navbench.studies.doctor.probes import MADE_FOR, probes_for
-from drake_navbench.studies.doctor.reading import Suspicion, findings_of, suspicions_of
+from drake_navbench.studies.doctor.reading import Suspicion, asked_about, findings_of, suspicions_of
 from drake_navbench.studies.doctor.rules.rule import Finding
 from drake_navbench.studies.doctor.surroundings import Surroundings
 from drake_navbench.studies.doctor.symptoms import Symptom
@@ -245,7 +245,7 @@ def _treat(found: Visit, patient: Patient, told: Told, driver: Driver, *, seed: 
 def _suspect(found: Visit, symptom: Symptom, told: Told) -> None:
     """Notes the suspicions of a symptom, and the complaints that the user is asked about."""
     found.suspicions = suspicions_of(found.facts, symptom, told)
-    found.alike = complaints_alike(found.facts, symptom, told, found.suspicions)
+    found.alike = asked_about(found.facts, symptom, told, found.suspicions)
 
 
 def _see(found: Visit, symptom: Symptom, share: float, bar: float) -> None:

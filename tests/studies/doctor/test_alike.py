@@ -17,14 +17,13 @@ from drake_navbench.studies.doctor.alike import (
     Alike,
     Told,
     causes_liked,
-    complaints_alike,
     complaints_named,
     line_of,
 )
 from drake_navbench.studies.doctor.complaints import known_complaints
 from drake_navbench.studies.doctor.page import page
 from drake_navbench.studies.doctor.partial_files import facts_of_values
-from drake_navbench.studies.doctor.reading import suspicions_of
+from drake_navbench.studies.doctor.reading import asked_about, suspicions_of
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.visit import Visit
 
@@ -67,7 +66,7 @@ def facts():
 def asked(facts, words, liked=()):
     told = Told(words, liked)
     found = suspicions_of(facts, Symptom.NO_START, told)
-    return complaints_alike(facts, Symptom.NO_START, told, found)
+    return asked_about(facts, Symptom.NO_START, told, found)
 
 
 def test_no_two_known_complaints_have_one_name():
