@@ -66,6 +66,7 @@ from planted_faults import HERE
 
 from drake_navbench.errors import NavbenchError
 from drake_navbench.plugins.releases import Release
+from drake_navbench.studies.doctor.alike import Told
 from drake_navbench.studies.doctor.detectors import DETECTORS
 from drake_navbench.studies.doctor.driving import Driver
 from drake_navbench.studies.doctor.facts import Facts, kinds_of
@@ -195,7 +196,7 @@ def _visited(case: Case, robot: str, files: Path, folder: Path) -> dict[str, Any
     signal.signal(signal.SIGALRM, signal.default_int_handler)
     signal.alarm(LONGEST_S)
     words = f"{case.symptom_class} {case.words}"
-    found = visit(patient, Symptom(case.symptom_class), words, driver, seed=0)
+    found = visit(patient, Symptom(case.symptom_class), Told(words), driver, seed=0)
     signal.alarm(0)
     print(verdict(found))
     entry = _answer(case, found) | {

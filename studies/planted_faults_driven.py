@@ -52,6 +52,7 @@ from planted_faults import (
 
 from drake_navbench.analysis.statistics import share_interval
 from drake_navbench.processes.machine import available_cores
+from drake_navbench.studies.doctor.alike import NOTHING_TOLD
 from drake_navbench.studies.doctor.change import CHANCE
 from drake_navbench.studies.doctor.differences import ways_back, with_differences
 from drake_navbench.studies.doctor.driving import FRESH_SEED, Driver, Row, shows
@@ -146,7 +147,7 @@ def visit_all(faults: list[Fault], out: Path) -> None:
 
 def visited_by(fault: Fault, complaint: Symptom, folder: Path) -> dict[str, Any]:
     patient, driver = patient_and_driver(spoilt_file(fault), folder)
-    found = visit(patient, complaint, "", driver, seed=0)
+    found = visit(patient, complaint, NOTHING_TOLD, driver, seed=0)
     if found.is_interrupted:
         raise KeyboardInterrupt
     facts = found.facts

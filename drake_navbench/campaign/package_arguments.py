@@ -72,15 +72,19 @@ def with_package(
 
 
 @contextmanager
-def advising_on_found_files(arguments: argparse.Namespace) -> Iterator[None]:
-    """Adds to an error about a Nav2 file that `--package` has found how to go on without it."""
+def advising_on_found_files(
+    arguments: argparse.Namespace,
+    alone: str = "--pick nav2=none goes on without it",
+    other: str = ", nav2=N with another of the list",
+) -> Iterator[None]:
+    """Adds to an error about a Nav2 file that `--package` has found how to go on.
+
+    other: added if `--package` has found several.
+    """
     try:
         yield
     except InputError as error:
         for file, count in getattr(arguments, "found_nav2", {}).items():
             if str(error).startswith((f"{file}:", f"{file},")):
-                another = ", nav2=N with another of the list" if count > 1 else ""
-                raise InputError(
-                    f"{error}; --pick nav2=none goes on without it{another}"
-                ) from error
+                raise InputError(f"{error}; {alone}{other if count > 1 else ''}") from error
         raise

@@ -21,6 +21,7 @@ from drake_navbench.commands.doctor_options import (
 from drake_navbench.errors import InputError, writing
 
 if TYPE_CHECKING:
+    from drake_navbench.studies.doctor.alike import Told
     from drake_navbench.studies.doctor.bag import BagReport
     from drake_navbench.studies.doctor.cures import Trial
     from drake_navbench.studies.doctor.files import Patient
@@ -40,9 +41,25 @@ def _doctor(arguments: argparse.Namespace) -> int:
         _look_at_log(arguments)
         return EXIT_DONE
     if arguments.package is not None:
-        arguments = _with_package(arguments)
-    elif arguments.pick:
+        return _look_into_package(arguments)
+    if arguments.pick:
         raise InputError(f"--pick {arguments.pick[0]}: expected --package as well")
+    return _look_at_files(arguments)
+
+
+def _look_into_package(arguments: argparse.Namespace) -> int:
+    """Looks at the Nav2 file of a repository; an error about it says how to go on."""
+    from drake_navbench.campaign.package_arguments import advising_on_found_files
+
+    arguments = _with_package(arguments)
+    if arguments.read_only:
+        return _look_at_files(arguments)
+    alone, other = "--read-only reads what it can of it", ", --pick nav2=N another of the list"
+    with advising_on_found_files(arguments, alone, other):
+        return _look_at_files(arguments)
+
+
+def _look_at_files(arguments: argparse.Namespace) -> int:
     if not arguments.files:
         raise InputError("doctor: expected a Nav2 file, --package, --log or --score")
     if arguments.measure_board is not None:
@@ -59,10 +76,11 @@ def _doctor(arguments: argparse.Namespace) -> int:
     if symptom is None and report is not None:
         symptom = report.weightiest
     proposed = _proposed(arguments, patient)
-    _read(patient, symptom, arguments)
+    told = _told(arguments, symptom, patient)
+    _read(patient, symptom, told)
     if arguments.read_only:
         return EXIT_DONE
-    return _visit(patient, symptom, arguments, report, proposed)
+    return _visit(patient, symptom, told, arguments, report=report, proposed=proposed)
 
 
 def _with_package(arguments: argparse.Namespace) -> argparse.Namespace:
@@ -170,32 +188,49 @@ def _symptom(arguments: argparse.Namespace) -> Symptom | None:
     return found[0] if arguments.symptom is not None else None
 
 
-def _words(arguments: argparse.Namespace) -> str:
-    return f"{arguments.symptom or ''} {arguments.told}"
+def _told(arguments: argparse.Namespace, symptom: Symptom | None, patient: Patient) -> Told:
+    """Returns the user's words and the complaint of `--like`; raises InputError."""
+    from drake_navbench.studies.doctor.alike import Told, complaints_named
+
+    told = Told(f"{arguments.symptom or ''} {arguments.told}".strip())
+    if arguments.like and (symptom is None or not told.has_words):
+        raise InputError(
+            f"--like {arguments.like[0]}: goes with --symptom and words of yours, for which the "
+            "doctor prints the complaints most like them; expected --told TEXT as well"
+        )
+    return told._replace(liked=complaints_named(arguments.like, patient.facts()))
 
 
-def _read(patient: Patient, symptom: Symptom | None, arguments: argparse.Namespace) -> None:
-    """Prints the first look: the rules that fire, and the possible causes of the symptom."""
+def _read(patient: Patient, symptom: Symptom | None, told: Told) -> None:
+    """Prints the first look: the rules that fire, the symptom's causes, and the question."""
     from drake_navbench.studies.doctor.far_values import FAR
-    from drake_navbench.studies.doctor.reading import findings_of, suspicions_of
-    from drake_navbench.studies.doctor.told import told_of_model, told_of_reading
+    from drake_navbench.studies.doctor.reading import asked_about, findings_of, suspicions_of
+    from drake_navbench.studies.doctor.told import (
+        told_of_model,
+        told_of_reading,
+        told_question,
+    )
 
     facts = patient.facts()
     findings = findings_of(facts)
     suspects = []
     if symptom is not None:
-        suspects = suspicions_of(facts, symptom, _words(arguments))
+        suspects = suspicions_of(facts, symptom, told)
         known = {finding.rule.name for finding in findings}
         findings += [f for f in findings_of(facts, symptom) if f.rule.name not in known]
         findings.sort(key=lambda finding: finding.rule.name.startswith(FAR))
     lines = told_of_reading(facts, findings, suspects, symptom)
+    if symptom is not None:
+        lines += told_question(asked_about(facts, symptom, told, suspects))
     print_text("\n".join([*lines, *told_of_model(patient.contradictions())]) + "\n")
 
 
 def _visit(
     patient: Patient,
     symptom: Symptom | None,
+    told: Told,
     arguments: argparse.Namespace,
+    *,
     report: BagReport | None,
     proposed: Sequence[Trial],
 ) -> int:
@@ -225,7 +260,7 @@ def _visit(
     found = visit(
         patient,
         symptom,
-        _words(arguments),
+        told,
         driver,
         seed=arguments.seed,
         around=_surroundings(patient, arguments, report),

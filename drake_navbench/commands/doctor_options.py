@@ -22,6 +22,8 @@ examples:
       --symptom wobble_straight --told "swings on the way to the goal"
   drake-navbench doctor nav2_params.yaml --robot turtlebot4 --out doctor/ \\
       --symptom collision --try FollowPath.CostCritic.consider_footprint=true
+  drake-navbench doctor nav2_params.yaml --robot turtlebot4 --out doctor/ \\
+      --symptom "it creeps the last half metre" --like k56wt
   drake-navbench doctor --package my_robot_ws/src --read-only
   drake-navbench doctor --score cases.yaml --files cases/ --page score.md
 
@@ -35,7 +37,7 @@ USED = {
     "score": ("files", "case_files", "page"),
     "log": ("files",),
     "measure_board": OF_THE_FILE,
-    "read_only": (*OF_THE_FILE, "symptom", "told", "bag", "topics"),
+    "read_only": (*OF_THE_FILE, "symptom", "told", "like", "bag", "topics"),
 }
 
 
@@ -92,6 +94,11 @@ def _add_file(parser: argparse.ArgumentParser) -> None:
         "--told TEXT",
         "symptom and robot in your own words",
         default="",
+    )
+    option(
+        "--like NAME ...",
+        "known complaint that is most like yours, by its name in the list that the doctor prints "
+        "for your words; its cures come first",
     )
     option(
         "--nav2-release",

@@ -447,6 +447,21 @@ def test_a_refused_nav2_file_of_a_repository_is_told_with_the_way_on(repository,
     assert "--pick" not in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("more", ["", ", --pick nav2=N another of the list"])
+def test_the_doctor_tells_the_way_on_from_a_refused_nav2_file(repository, capsys, more):
+    (file,) = repository.rglob("nav2_params.yaml")
+    file.write_text(NAV2.replace("controller_plugins: [FollowPath]", "controller_plugins: 3"))
+    if more:
+        (file.parent / "nav2_params_other.yaml").write_text(NAV2)
+    asked = ["--package", str(repository), "--pick", "nav2=1"]
+    assert doctor([*asked, "--out", "visit"]) == 2
+    *_, line = capsys.readouterr().err.splitlines()
+    assert line.startswith(str(file))
+    assert line.endswith(f"; --read-only reads what it can of it{more}")
+    # And so it does.
+    assert doctor([*asked, "--read-only"]) == 0
+
+
 def test_a_value_of_an_undeclared_argument_of_xacro_counts_as_used(repository):
     """xacro's message on such an argument says to give it by --set."""
     model = repository / "cart_description" / "urdf" / "cart.urdf.xacro"

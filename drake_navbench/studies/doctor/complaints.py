@@ -7,6 +7,8 @@ Jones 1972, "A statistical interpretation of term specificity"), so rare words c
 
 from __future__ import annotations
 
+import base64
+import hashlib
 import math
 import re
 from collections import Counter
@@ -37,6 +39,8 @@ MOST_ALIKE = 8
 MOST_ALIKE_FOR_CLASS = 40
 # The factor of the line on what a class looks like, which for one or two words tells more.
 OF_THE_LINE = 2.0
+# The letters of a complaint's name: of 32 kinds each, so that no two complaints share one.
+LETTERS = 5
 # The reason for the other cures of a complaint.
 ALSO = "A complaint like yours may have this cure as well."
 WORD = re.compile(r"[a-z]{3,}|\d{3}")
@@ -70,11 +74,15 @@ class _ComplaintFile(FrozenModel):
 
 
 class Known(NamedTuple):
-    """A complaint with its terms and its causes, each with the share in which it is the cure."""
+    """A complaint with its terms and its causes, each with the share in which it is the cure.
+
+    name: five letters or digits, by which a user names it; they change with its words alone.
+    """
 
     complaint: _Complaint
     terms: frozenset[str]
     causes: tuple[tuple[Cause, float], ...]
+    name: str
 
     def fits(self, facts: Facts) -> bool:
         """Tells whether controller and release of a file can have this trouble."""
@@ -95,11 +103,17 @@ def known_complaints() -> tuple[Known, ...]:
                 (parsed_cause(text, _why(complaint, share), content.source, path), share)
                 for text, share in complaint.cures.items()
             ),
+            _name_of(complaint.says),
         )
         for path in sorted(FOLDER.glob("*.yaml"))
         for content in [validate(_ComplaintFile, read_yaml(path), str(path))]
         for complaint in content.complaints
     )
+
+
+def _name_of(says: str) -> str:
+    digest = hashlib.sha256(says.encode()).digest()
+    return base64.b32encode(digest).decode()[:LETTERS].lower()
 
 
 def _why(complaint: _Complaint, share: float) -> str:
@@ -137,7 +151,7 @@ def causes_by_words(facts: Facts, symptom: Symptom, words: str) -> list[tuple[fl
         return []
     alike = [
         (cosine * (1.0 if symptom in entry.complaint.symptoms else OTHER_SYMPTOM), number, entry)
-        for number, (entry, cosine) in enumerate(_cosines(words))
+        for number, (entry, cosine) in enumerate(cosines(words))
         if entry.fits(facts)
     ]
     best: dict[tuple[str, Direction], tuple[float, Cause]] = {}
@@ -158,17 +172,23 @@ def symptoms_called(text: str) -> list[Symptom]:
     return classes
 
 
+def class_named(text: str) -> Symptom | None:
+    """Returns the class whose name a text is, with spaces or hyphens for underlines."""
+    name = re.sub(r"[\s-]+", "_", text.strip().lower())
+    return Symptom(name) if name in list(Symptom) else None
+
+
 def symptoms_told(text: str) -> list[Symptom]:
     """Returns the class that is named, else the classes that a user's words may tell.
 
     The likeliest is first. Every known complaint that is like the words counts for its symptoms, by
     the cosine, and for its second one half as much; so does the line on what each class looks like.
     """
-    name = re.sub(r"[\s-]+", "_", text.strip().lower())
-    if name in list(Symptom):
-        return [Symptom(name)]
+    named = class_named(text)
+    if named is not None:
+        return [named]
     text = NO_PLAN.sub("no valid path", text)
-    alike = sorted(_cosines(text), key=lambda item: -item[1])[:MOST_ALIKE_FOR_CLASS]
+    alike = sorted(cosines(text), key=lambda item: -item[1])[:MOST_ALIKE_FOR_CLASS]
     likeness, own = dict.fromkeys(Symptom, 0.0), terms_of(text)
     for entry, cosine in alike:
         for number, symptom in enumerate(entry.complaint.symptoms, 1):
@@ -178,6 +198,15 @@ def symptoms_told(text: str) -> list[Symptom]:
         likeness[symptom] += OF_THE_LINE * _cosine(own, terms_of(line))
     found = [symptom for symptom, like in likeness.items() if like > 0.0]
     return sorted(found, key=lambda symptom: -likeness[symptom])
+
+
+def likeness_of(one: str, other: str) -> float:
+    """Returns the cosine of the terms of two texts, 0 to 1."""
+    weights = _weights()
+    own, theirs = terms_of(one), terms_of(other)
+    lengths = [sum(weights.get(term, 0.0) for term in terms) for terms in (own, theirs)]
+    shared = sum(weights.get(term, 0.0) for term in own & theirs)
+    return shared / math.sqrt(math.prod(lengths)) if shared else 0.0
 
 
 def _cosine(own: frozenset[str], terms: frozenset[str]) -> float:
@@ -190,7 +219,7 @@ def _cosine(own: frozenset[str], terms: frozenset[str]) -> float:
     return shared / math.sqrt(length * sum(weights.get(term, 0.0) for term in terms))
 
 
-def _cosines(words: str) -> Iterator[tuple[Known, float]]:
+def cosines(words: str) -> Iterator[tuple[Known, float]]:
     """Yields the known complaints that share a term with a user's words, and the cosine, 0 to 1."""
     own = terms_of(words)
     for entry in known_complaints():

@@ -17,6 +17,7 @@ from pydantic import BaseModel, ConfigDict
 
 from drake_navbench.errors import InputError
 from drake_navbench.plugins.releases import Release
+from drake_navbench.studies.doctor.alike import Told
 from drake_navbench.studies.doctor.causes import OUTSIDE, RELEASE, Cause, Direction
 from drake_navbench.studies.doctor.complaints import symptoms_called
 from drake_navbench.studies.doctor.cures import OF_SOURCES
@@ -121,7 +122,7 @@ def score_case(case: Case, folder: Path | None) -> Scored:
         symptom = symptoms_called(case.symptom_class)[0]
     except InputError as error:
         return Scored(case, (), None, bool(files), str(error))
-    found = suspicions_of(facts, symptom, case.words)
+    found = suspicions_of(facts, symptom, Told(case.words))
     hits = (rank for rank, entry in enumerate(found, 1) if is_hit(entry.cause, case, facts))
     rank = next(hits, None)
     why = _why_not_first(rank, found, case, facts)

@@ -13,7 +13,7 @@ from drake_navbench.studies.doctor.change import Judged
 from drake_navbench.studies.doctor.driving import Driver
 from drake_navbench.studies.doctor.files import Patient, told_files
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
-from drake_navbench.studies.doctor.told import told_no_findings, without_repeated_cures
+from drake_navbench.studies.doctor.told import QUESTION, told_no_findings, without_repeated_cures
 from drake_navbench.studies.doctor.tried import Tried
 from drake_navbench.studies.doctor.visit import Visit
 from drake_navbench.studies.doctor.words import assumed, change_told, evidence, verdict
@@ -91,6 +91,7 @@ def page(visit: Visit, patient: Patient, replays: Sequence[Path] = ()) -> str:
         lines = "".join(f"<li>{escape(line)}</li>" for line in visit.around.recorded)
         parts.append(f"<h2>What the recording shows</h2><ul>{lines}</ul>")
     parts += _findings(visit)
+    parts += _question(visit)
     parts += ["<h2>What was assumed</h2><ul>"]
     parts += [f"<li>{escape(line)}</li>" for line in assumed(visit, patient.robot)]
     parts.append("</ul>")
@@ -203,6 +204,15 @@ def _seen(visit: Visit, replays: Set[str]) -> list[str]:
 
 def _link(name: str, replays: Set[str]) -> str:
     return f'<a href="{name}">watch</a>' if name in replays else ""
+
+
+def _question(visit: Visit) -> list[str]:
+    if not visit.alike:
+        return []
+    rows = (
+        f"<tr><td><code>{a.name}</code></td><td>{escape(a.line)}</td></tr>" for a in visit.alike
+    )
+    return ["<h2>The doctor asks back</h2>", f"<p>{QUESTION}</p><table>", *rows, "</table>"]
 
 
 def _findings(visit: Visit) -> list[str]:

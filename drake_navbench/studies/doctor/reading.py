@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from fnmatch import fnmatchcase
+from collections.abc import Iterator, Sequence
 from functools import cache
 from typing import NamedTuple
 
 from drake_navbench.plugins.releases import Release
+from drake_navbench.studies.doctor.alike import (
+    BY_WORDS,
+    LIKED,
+    NOTHING_TOLD,
+    YOU_NAMED,
+    Alike,
+    Told,
+    causes_liked,
+    complaints_alike,
+)
 from drake_navbench.studies.doctor.attempts import is_among, named_in, tried_in_vain
 from drake_navbench.studies.doctor.causes import RELEASE, Cause, Direction
 from drake_navbench.studies.doctor.complaints import ALSO, causes_by_words
-from drake_navbench.studies.doctor.facts import CONTROLLER, Facts
+from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.far_values import far_values
-from drake_navbench.studies.doctor.in_effect import is_in_effect
 from drake_navbench.studies.doctor.left_out import CRITIC
 from drake_navbench.studies.doctor.partial_files import facts_of_values
+from drake_navbench.studies.doctor.possible import is_there
 from drake_navbench.studies.doctor.rules import (
     bands,
     checkers,
@@ -64,8 +73,6 @@ LINES_OF_BRINGUP = {
     "local_costmap.z_voxels": 16,
     "visualize": True,
 }
-# The weight of a cure of a known complaint that reads like the user's words.
-BY_WORDS = 3.0
 # The factor of a parameter that a user names, in words or as one of a few values.
 NAMED = 3.0
 # The weight of a named value that is no suspect of the symptom: towards the usual value if it is
@@ -77,15 +84,6 @@ OTHER_WAY = 0.5
 TRIED = 0.3
 # The factor of a suspect outside of the file if the whole file is known: most cures are in it.
 OF_OUTSIDE = 0.6
-# Plugins that Foxy and Galactic lack (Humble has this one from 1.1.7 on).
-SINCE_HUMBLE = ("nav2_controller::PoseProgressChecker",)
-# Parameters that are looked for in files of all releases, and the first release that reads them.
-NEWER = {
-    "controller.rotate_to_goal_heading": Release.JAZZY,
-    "controller_server.enable_stamped_cmd_vel": Release.JAZZY,
-}
-# Parameters that may be negative, so that 0 can still be lowered.
-BELOW_ZERO = ("min_vel*", "*_min", "min_velocity", "*obstacle_height", "origin_z", "*decel*")
 # The factor of a parameter that a user reports as missing.
 MISSING = 6.0
 # The factor of lowering a limit of speed for a robot that is too slow.
@@ -143,16 +141,16 @@ class Words(NamedTuple):
         return TRIED if is_among(cause, self.in_vain) else 1.0
 
 
-def suspicions_of(facts: Facts, symptom: Symptom, words: str = "") -> list[Suspicion]:
+def suspicions_of(facts: Facts, symptom: Symptom, told: Told = NOTHING_TOLD) -> list[Suspicion]:
     """Returns the possible causes of a symptom, the likeliest first.
 
-    words: of the user, about symptom and robot.
+    A cure of the known complaint that the user named first comes before all others.
     """
-    told = Words.of(words)
+    named = Words.of(told.words)
     evidence: dict[tuple[str, Direction], list[tuple[float, Cause, str, Finding | None]]] = {}
 
     def add(weight: float, cause: Cause, why: str, finding: Finding | None = None) -> None:
-        weight *= told.factor(cause) * _fit(symptom, cause)
+        weight *= named.factor(cause) * _fit(symptom, cause)
         if weight > 0.0:
             evidence.setdefault(cause.key, []).append((weight, cause, why, finding))
 
@@ -165,24 +163,36 @@ def suspicions_of(facts: Facts, symptom: Symptom, words: str = "") -> list[Suspi
         elif not facts.is_whole and not _rests_on_given(facts, finding.rule):
             weight *= OF_DEFAULTS
         for cause in finding.cures:
-            if _is_there(facts, cause):
-                add(weight * _named_factor(facts, cause, told), cause, finding.seen, finding)
+            if is_there(facts, cause):
+                add(weight * _named_factor(facts, cause, named), cause, finding.seen, finding)
                 weight *= NEXT_CURE
     for suspect in suspects_of(symptom, facts.kinds):
-        if _is_there(facts, suspect.cause):
-            factor = value_factor(facts, suspect.cause) * _named_factor(facts, suspect.cause, told)
+        if is_there(facts, suspect.cause):
+            factor = value_factor(facts, suspect.cause) * _named_factor(facts, suspect.cause, named)
             factor *= OF_OUTSIDE if facts.is_whole and _is_elsewhere(suspect.cause) else 1.0
             add(suspect.weight * factor, suspect.cause, suspect.cause.why)
     places = {place for place, _ in evidence}
-    for weight, cause in _named_causes(facts, told):
+    for weight, cause in _named_causes(facts, named):
         if cause.key not in evidence:
             add(weight * (OTHER_WAY if cause.place in places else 1.0), cause, cause.why)
     found = {key: _merged(pieces) for key, pieces in evidence.items()}
-    for alike, cause in causes_by_words(facts, symptom, words):
-        if _is_there(facts, cause):
+    for alike, cause in causes_by_words(facts, symptom, told.words):
+        if is_there(facts, cause):
             weight = BY_WORDS * alike * value_factor(facts, cause)
             found[cause.key] = _with_words(found.get(cause.key), cause, weight)
+    most = max((suspicion.score for suspicion in found.values()), default=1.0)
+    for share, cause in causes_liked(facts, told.liked):
+        own = _with_words(found.get(cause.key), cause, LIKED * most * share)
+        found[cause.key] = own._replace(reasons=(YOU_NAMED, *own.reasons))
     return sorted(found.values(), key=lambda s: (-s.score, s.cause.place))
+
+
+def asked_about(
+    facts: Facts, symptom: Symptom, told: Told, suspicions: Sequence[Suspicion]
+) -> list[Alike]:
+    """Returns the known complaints of which the user is asked which is most like the own."""
+    scores = {suspicion.cause.key: suspicion.score for suspicion in suspicions}
+    return complaints_alike(facts, symptom, told, scores)
 
 
 def _with_words(known: Suspicion | None, cause: Cause, weight: float) -> Suspicion:
@@ -245,53 +255,6 @@ def _merged(pieces: list[tuple[float, Cause, str, Finding | None]]) -> Suspicion
     reasons = tuple(dict.fromkeys(why for _, _, why, _ in pieces if why))
     findings = tuple(f for _, _, _, f in pieces if f is not None)
     return Suspicion(cause, pieces[0][0], reasons, findings)
-
-
-def _is_there(facts: Facts, cause: Cause) -> bool:
-    """Tells whether a cause may be one: its node is in the file, and it is not cured already."""
-    first = cause.place.partition(".")[0]
-    is_missing = facts.is_whole and not facts.has_node(first)
-    if cause.direction is Direction.ADD:
-        # Only a node, or a plugin before the controller, can be added.
-        return is_missing if first != CONTROLLER else not facts.is_kind("shim")
-    if first in ("velocity_smoother", "collision_monitor", "amcl") and is_missing:
-        return False
-    if cause.place in facts.unreadable or not is_in_effect(facts, cause.place):
-        return False
-    if facts.release < NEWER.get(cause.place, facts.release):
-        return False
-    if cause.to in SINCE_HUMBLE and facts.told.get("release") == "old":
-        return False
-    is_in_block = first == CONTROLLER and cause.place.count(".") > 1
-    if is_in_block and facts.is_whole and facts[cause.place] is None:
-        # The block of a critic that is not listed.
-        return False
-    if "*" in cause.place and facts.is_whole and not facts.matching(cause.place):
-        return False
-    if cause.direction is Direction.DOWN and _is_zero(facts, cause.place):
-        return False
-    return not (cause.direction is Direction.SET and cause.to is not None and _has(facts, cause))
-
-
-def _is_zero(facts: Facts, place: str) -> bool:
-    """Tells whether a parameter, or all its axes, are 0 and cannot be lower."""
-    value, name = facts[place], place.rpartition(".")[2]
-    if isinstance(value, bool) or any(fnmatchcase(name, pattern) for pattern in BELOW_ZERO):
-        return False
-    if isinstance(value, list | tuple):
-        return bool(value) and not any(value)
-    return bool(value == 0.0)
-
-
-def _has(facts: Facts, cause: Cause) -> bool:
-    """Tells whether everything that a cause names has the value of the cure already."""
-    values = [facts[place] for place in facts.matching(cause.place)]
-    if not values:
-        return False
-    return all(
-        cause.to in value if isinstance(value, list | tuple) else value == cause.to
-        for value in values
-    )
 
 
 def _named_factor(facts: Facts, cause: Cause, told: Words) -> float:

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from drake_navbench.errors import printable
 from drake_navbench.inputs.check import CheckRow
 from drake_navbench.nav2.sensing import LIDAR_HEIGHT
+from drake_navbench.studies.doctor.alike import Alike
 from drake_navbench.studies.doctor.cures import told_with_step
 from drake_navbench.studies.doctor.driving import Row, has_failed, probe_of
 from drake_navbench.studies.doctor.facts import NO_PLUGIN, Facts
@@ -21,6 +22,10 @@ WIDTH = 80
 INDENT = "    "
 # Symptoms of a finding that are named, the likeliest first.
 MOST_SYMPTOMS = 2
+QUESTION = (
+    "Which of these is most like yours? --like NAME puts its cures first; of two names the more "
+    "alike stands first:"
+)
 # Suspects that are named where a symptom is told.
 MOST_SUSPECTS = 5
 
@@ -98,6 +103,16 @@ def told_of_reading(
             lines += _suspicion_lines(number, suspicion, facts)
         if not suspects:
             lines.append("  the doctor knows no cause for this controller")
+    return lines
+
+
+def told_question(alike: Sequence[Alike]) -> list[str]:
+    """Returns the lines that ask which of some known complaints is most like the user's."""
+    if not alike:
+        return []
+    lines = ["", *wrapped(QUESTION, rest="  ")]
+    for entry in alike:
+        lines += wrapped(f"{entry.name}  {entry.line}", "  ", " " * 9)
     return lines
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.studies.doctor.alike import Alike, Told
 from drake_navbench.studies.doctor.change import Judged, best_of, judge
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.differences import ways_back, with_differences
@@ -22,7 +23,7 @@ from drake_navbench.studies.doctor.experiment import Experiment
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.files import Patient, speed_asked
 from drake_navbench.studies.doctor.probes import MADE_FOR, probes_for
-from drake_navbench.studies.doctor.reading import Suspicion, findings_of, suspicions_of
+from drake_navbench.studies.doctor.reading import Suspicion, asked_about, findings_of, suspicions_of
 from drake_navbench.studies.doctor.rules.rule import Finding
 from drake_navbench.studies.doctor.surroundings import Surroundings
 from drake_navbench.studies.doctor.symptoms import Symptom
@@ -71,8 +72,9 @@ class Visit:
     seen: by symptom, the probes that show it in at least half of their seeds. treated: the symptom
     whose causes were tried; None if none was seen. rare: symptoms that are too rare to try causes;
     if all are, the first is called treated. bar: severity from which on a trial counts as showing
-    it; below 1 the sign is weak. around: the user's map, base and computer. proposed: the user's
-    own changes, tried before all. seed: of the first look.
+    it; below 1 the sign is weak. alike: the complaints that the user is asked about. around: the
+    user's map, base and computer. proposed: the user's own changes, tried before all. seed: of the
+    first look.
     """
 
     facts: Facts
@@ -84,6 +86,7 @@ class Visit:
     rare: dict[Symptom, Rarity] = field(default_factory=dict)
     bar: float = 1.0
     suspicions: list[Suspicion] = field(default_factory=list)
+    alike: list[Alike] = field(default_factory=list)
     tried: list[Tried] = field(default_factory=list)
     judged: list[Judged] = field(default_factory=list)
     probes: Mapping[str, Scenario] = field(default_factory=dict)
@@ -128,7 +131,7 @@ class Visit:
 def visit(
     patient: Patient,
     asked: Symptom | None,
-    words: str,
+    told: Told,
     driver: Driver,
     *,
     seed: int,
@@ -145,7 +148,7 @@ def visit(
     found.findings = findings_of(facts)
     try:
         _look(found, patient, driver, seed=seed)
-        _treat(found, patient, words, driver, seed=seed)
+        _treat(found, patient, told, driver, seed=seed)
     except OutOfTime:
         found.is_out_of_time = True
     except KeyboardInterrupt:
@@ -207,9 +210,9 @@ def seen_in(
     return found
 
 
-def _treat(found: Visit, patient: Patient, words: str, driver: Driver, *, seed: int) -> None:
+def _treat(found: Visit, patient: Patient, told: Told, driver: Driver, *, seed: int) -> None:
     if found.asked is not None:
-        found.suspicions = suspicions_of(found.facts, found.asked, words)
+        _suspect(found, found.asked, told)
         # One trial that shows it is enough, and else a weak sign in half of a probe's trials.
         _see(found, found.asked, 1e-9, 1.0)
         if found.asked is Symptom.FALSE_ABORT and found.asked not in found.seen:
@@ -224,7 +227,7 @@ def _treat(found: Visit, patient: Patient, words: str, driver: Driver, *, seed: 
         weak = "a weak sign of " if found.bar < 1.0 else ""
         driver.tell(f"{weak}{symptom} is seen in {', '.join(showing)}")
         if symptom is not found.asked:
-            found.suspicions = suspicions_of(found.facts, symptom, words)
+            _suspect(found, symptom, told)
         rarity = _try_causes(found, patient, symptom, showing, driver, seed=seed)
         if not rarity.is_rare:
             break
@@ -237,6 +240,12 @@ def _treat(found: Visit, patient: Patient, words: str, driver: Driver, *, seed: 
         patient, found.tried, symptom, found.probes, showing, driver, seed=seed, bar=found.bar
     ):
         found.judged.append(judged)
+
+
+def _suspect(found: Visit, symptom: Symptom, told: Told) -> None:
+    """Notes the suspicions of a symptom, and the complaints that the user is asked about."""
+    found.suspicions = suspicions_of(found.facts, symptom, told)
+    found.alike = asked_about(found.facts, symptom, told, found.suspicions)
 
 
 def _see(found: Visit, symptom: Symptom, share: float, bar: float) -> None:

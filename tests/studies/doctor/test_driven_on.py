@@ -6,6 +6,7 @@ import pytest
 from fake_drives import PROBES, Fake
 
 from drake_navbench.studies.doctor import visit as visits
+from drake_navbench.studies.doctor.alike import NOTHING_TOLD
 from drake_navbench.studies.doctor.driven_on import driven_on
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.words import verdict
@@ -37,7 +38,7 @@ def seen_by(patient, driver, asked):
     found = visits.Visit(patient.facts(), asked=asked, probes=PROBES)
     found.rows = driver.drive(patient.chosen(patient.columns()), PROBES.values(), 2, seed=0)
     found.seen = visits.seen_in(found.rows)
-    visits._treat(found, patient, "", driver, seed=0)
+    visits._treat(found, patient, NOTHING_TOLD, driver, seed=0)
     return found
 
 

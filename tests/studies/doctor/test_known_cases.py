@@ -11,6 +11,7 @@ import yaml
 from doctor_texts import MPPI, MPPI_BLOCK, nav2_text
 
 from drake_navbench.commands.doctor import main
+from drake_navbench.studies.doctor.alike import Told
 from drake_navbench.studies.doctor.causes import Cause, Direction
 from drake_navbench.studies.doctor.known_cases import Case, is_hit, read_cases, score_case, score_of
 from drake_navbench.studies.doctor.partial_files import facts_of_values
@@ -236,8 +237,8 @@ def test_a_robot_that_is_too_slow_is_not_made_slower():
 
 
 def test_a_simulation_is_no_word_about_an_imu():
-    sim = suspicions_of(facts_of_values("TEB", "ROS 1", {}), Symptom.SPINS, "a simulation")
-    imu = suspicions_of(facts_of_values("TEB", "ROS 1", {}), Symptom.SPINS, "an IMU")
+    sim = suspicions_of(facts_of_values("TEB", "ROS 1", {}), Symptom.SPINS, Told("a simulation"))
+    imu = suspicions_of(facts_of_values("TEB", "ROS 1", {}), Symptom.SPINS, Told("an IMU"))
     plain, told = ({s.cause.place: s.score for s in found} for found in (sim, imu))
     assert plain["outside.imu_frame"] < told["outside.imu_frame"]
 

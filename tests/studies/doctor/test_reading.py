@@ -14,6 +14,7 @@ from doctor_texts import (
 )
 
 from drake_navbench.errors import InputError
+from drake_navbench.studies.doctor.alike import Told
 from drake_navbench.studies.doctor.causes import Direction
 from drake_navbench.studies.doctor.complaints import symptoms_called, symptoms_told
 from drake_navbench.studies.doctor.in_effect import is_in_effect
@@ -69,7 +70,7 @@ def test_words_of_the_user_change_the_order(facts):
     plain = [s.cause.place for s in suspicions_of(found, Symptom.WOBBLE_STRAIGHT)]
     told = [
         s.cause.place
-        for s in suspicions_of(found, Symptom.WOBBLE_STRAIGHT, "a debug build, loop at 5 Hz")
+        for s in suspicions_of(found, Symptom.WOBBLE_STRAIGHT, Told("a debug build, loop at 5 Hz"))
     ]
     assert told.index("outside.compute") < plain.index("outside.compute")
     assert told[0] == "outside.compute"

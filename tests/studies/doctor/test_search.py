@@ -11,6 +11,7 @@ from fake_drives import CAUSE, PROBES, TRIAL, Counted, Rows, judged, raced, trie
 
 from drake_navbench.nav2.patch import Place
 from drake_navbench.studies.doctor import visit as visits
+from drake_navbench.studies.doctor.alike import NOTHING_TOLD
 from drake_navbench.studies.doctor.causes import Cause, Direction
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.differences import ways_back, with_differences
@@ -131,7 +132,7 @@ def test_what_the_user_proposes_is_tried_first_and_gets_a_verdict(patient, after
     )
     found.rows = driver.drive(patient.chosen(patient.columns()), PROBES.values(), 2, seed=0)
     found.seen = {Symptom.WOBBLE_STRAIGHT: list(PROBES)}
-    visits._treat(found, patient, "", driver, seed=0)
+    visits._treat(found, patient, NOTHING_TOLD, driver, seed=0)
     assert f"Your proposal, FollowPath.CostCritic.consider_footprint = true: {told}." in verdict(
         found
     )

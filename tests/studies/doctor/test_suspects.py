@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from doctor_texts import DWB, DWB_BLOCK, RPP, RPP_BLOCK, nav2_text
 
+from drake_navbench.studies.doctor.alike import Told
 from drake_navbench.studies.doctor.causes import Direction
 from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.partial_files import kind_in
@@ -26,7 +27,7 @@ def scores(tmp_path):
         path = tmp_path / "nav2.yaml"
         path.write_text(nav2_text(block, plugin=plugin, **nodes))
         facts = Patient((path,), "wheelchair", {}, release="jazzy").facts()
-        return {s.cause.key: s.score for s in suspicions_of(facts, symptom, words)}
+        return {s.cause.key: s.score for s in suspicions_of(facts, symptom, Told(words))}
 
     return of
 

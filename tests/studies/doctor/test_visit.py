@@ -13,6 +13,7 @@ from drake_navbench.commands.doctor import main
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.nav2.patch import Place
 from drake_navbench.studies.doctor import visit as visits
+from drake_navbench.studies.doctor.alike import NOTHING_TOLD
 from drake_navbench.studies.doctor.causes import Direction
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.detectors import detectors_digest
@@ -51,7 +52,7 @@ def test_a_weak_sign_of_the_complaint_is_treated_and_called_weak(patient, severi
     before = patient.chosen(patient.columns())
     found.rows = driver.drive(before, PROBES.values(), 2, seed=0)
     found.seen = visits.seen_in(found.rows)
-    visits._treat(found, patient, "", driver, seed=0)
+    visits._treat(found, patient, NOTHING_TOLD, driver, seed=0)
     # Above half of the threshold the sign is enough, below it there is none.
     assert (found.treated is None) == (bar is None)
     assert ("a weak sign" in verdict(found)) == (bar == 0.5)
@@ -78,7 +79,7 @@ def test_what_was_tried_until_ctrl_c_is_kept(patient):
     )
     found.seen = {Symptom.WOBBLE_STRAIGHT: list(PROBES)}
     with pytest.raises(KeyboardInterrupt):
-        visits._treat(found, patient, "", Stopped(9.5, 1.9), seed=0)
+        visits._treat(found, patient, NOTHING_TOLD, Stopped(9.5, 1.9), seed=0)
     assert len([entry for entry in found.tried if entry.pairs]) >= TOGETHER
 
 
@@ -141,7 +142,7 @@ def test_a_symptom_that_is_too_rare_for_the_search_gives_way_to_the_next(patient
     found = visits.Visit(patient.facts(), asked=asked, probes=PROBES)
     found.rows = driver.drive(patient.chosen(patient.columns()), PROBES.values(), 2, seed=0)
     found.seen = {s: list(PROBES) for s in (Symptom.COLLISION, Symptom.NEAR_MISS)}
-    visits._treat(found, patient, "", driver, seed=0)
+    visits._treat(found, patient, NOTHING_TOLD, driver, seed=0)
     assert found.rare == {Symptom.COLLISION: (1, 24)}
     assert found.treated is Symptom.NEAR_MISS
     told = (
@@ -157,7 +158,7 @@ def test_if_what_is_seen_is_too_rare_no_change_is_tried(patient):
     driver = Rows(["wobble_straight"], [], seldom=())
     found = visits.Visit(patient.facts(), asked=Symptom.WOBBLE_STRAIGHT, probes=PROBES)
     found.seen = {Symptom.WOBBLE_STRAIGHT: ["straight"]}
-    visits._treat(found, patient, "", driver, seed=0)
+    visits._treat(found, patient, NOTHING_TOLD, driver, seed=0)
     assert found.rare == {found.treated: (0, 24)}
     assert found.tried == []
     assert verdict(found).endswith("at most 48 pairs are driven. So no change was tried.")
@@ -179,7 +180,7 @@ def test_causes_are_tried_on_the_probes_that_always_show_the_symptom(patient, mo
     # In one of two trials the door does not show it.
     next(row for row in found.rows if row["scenario"] == "probe_door")["severity"] = {}
     found.seen = {Symptom.WOBBLE_STRAIGHT: list(PROBES)}
-    visits._treat(found, patient, "", driver, seed=0)
+    visits._treat(found, patient, NOTHING_TOLD, driver, seed=0)
     # The judgement has all three.
     assert driven == {"probe_straight", "probe_corridor"}
     assert set(found.cure.showing) == set(PROBES)
