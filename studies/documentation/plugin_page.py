@@ -27,7 +27,7 @@ it for one file. `make docs` makes this page of [nav2_plugins.yaml](nav2_plugins
   and rad/s, positions in m). Where nothing is said, the counterpart follows Nav2's source and its
   tests.
 
-**Defaults**: 1,658 default values were read out of the sources of 40 plugins and servers, each in
+**Defaults**: 1,658 default values were read out of the sources of 37 plugins and servers, each in
 the releases that have it. Files with these values and files without them make the same columns.
 """
 
