@@ -18,7 +18,7 @@ from typing import Any
 
 import harmony_judgement as judgement
 import pandas as pd
-from harmony_worlds import FAMILIES, write_world
+from harmony_families import FAMILIES, write_world
 from question_trials import require_no_errors
 
 from drake_navbench.campaign.campaign import plan_campaign

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 from harmony_comparison import RIVALS
-from harmony_worlds import write_world
+from harmony_families import write_world
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pandas as pd
 from harmony_comparison import COLUMNS
+from harmony_families import write_world
 from harmony_judgement import OURS, markdown
-from harmony_worlds import write_world
 
 from drake_navbench import TrialLog, run_trial
 from drake_navbench.analysis.metrics.efficiency import driven_length_m

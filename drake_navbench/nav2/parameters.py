@@ -31,7 +31,7 @@ LAUNCH_SUFFIXES = (".py", ".xml", ".launch")
 PARAMETERS_KEY = "ros__parameters"
 # Another spelling of it, with which ROS does not read the file.
 MISSPELT_KEY = re.compile(r"_*ros_*param(?:eter)?s?_*", re.IGNORECASE)
-# Nodes below which ROS takes no value but in PARAMETERS_KEY.
+# Nodes below which ROS takes no value but in PARAMETERS_KEY; a robot file has such names deeper.
 NODES = ("controller_server", "planner_server", "behavior_server", "bt_navigator")
 # A patch, a check and a trial of the doctor each read the same few texts several times.
 TEXTS_REMEMBERED = 16
@@ -225,7 +225,7 @@ class _Reader:
                 named = next(entry for entry, _ in node.value if _text(entry) == key)
                 raise _fault(f"expected {PARAMETERS_KEY}, got {key!r}", named)
             if key != PARAMETERS_KEY:
-                if not isinstance(value, yaml.MappingNode) and name.rpartition("/")[2] in NODES:
+                if not isinstance(value, yaml.MappingNode) and name.lstrip("/") in NODES:
                     raise _fault(f"expected {PARAMETERS_KEY} above {key}", value)
                 yield from self._sections_below(value, f"{name}/{key.strip('/')}")
             elif name:
