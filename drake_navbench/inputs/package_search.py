@@ -72,7 +72,7 @@ def find_package_files(roots: Sequence[Path]) -> PackageFiles:
         chosen = [file for file in files if is_one(file)]
         chosen.sort(
             key=lambda f: (
-                *(rank(f)[0], root_of(f), _is_of_nav2_s_sources(f), _is_replaced(f)),
+                *(rank(f)[0], root_of(f), _is_in_copy_of_nav2(f), _is_replaced(f)),
                 *(rank(f), len(f.parts), str(f)),
             )
         )
@@ -111,7 +111,7 @@ def _is_replaced(file: Path) -> bool:
     return REPLACED.search(file.name.lower()) is not None
 
 
-def _is_of_nav2_s_sources(file: Path) -> bool:
+def _is_in_copy_of_nav2(file: Path) -> bool:
     """Tells whether a file is in a copy of Nav2's own sources, whose examples are of TurtleBots."""
     return any((folder / OF_NAV2 / PACKAGE_FILE).is_file() for folder in file.parents)
 

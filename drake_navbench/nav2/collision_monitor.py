@@ -35,9 +35,8 @@ APART = {"type", "points", "velocity_polygons", "sources_names"}
 # Fields that Nav2 reads for a holonomic velocity polygon only.
 DIRECTIONS = ("direction_start_angle", "direction_end_angle")
 ACTIONS_SINCE_IRON = ("limit", "none")
-# The name of the lidar among the sources of a robot file, beside range sensors and alone.
-LIDAR = "lidar"
-LIDAR_ALONE = next(iter(THE_SCAN))
+# The name of the lidar among the monitor's sources in a robot file, which has it by default.
+(LIDAR,) = THE_SCAN
 OTHER_SENSORS = ("pointcloud", "range", "polygon", "costmap")
 
 
@@ -220,8 +219,7 @@ def _shape(reader: NodeReader, name: str, sources: Fields) -> Fields | None:
 def _own_sources(reader: NodeReader, name: str, sources: Fields) -> list[str]:
     """Returns the sources whose points count for a shape, by their names in the robot file."""
     named = reader.names(name, [])
-    lidar = LIDAR if sources else LIDAR_ALONE
-    own = list(dict.fromkeys(one if one in sources else lidar for one in named))
+    own = list(dict.fromkeys(one if one in sources else LIDAR for one in named))
     if own != named:
         reader.note(Status.OTHER_FORM, name, f"of the robot: {', '.join(own)}")
     return own

@@ -25,8 +25,8 @@ def column_rows(server: Node, columns: Mapping[str, Preset | NoCounterpart]) -> 
     rows: list[CheckRow] = []
     for plugin, preset in columns.items():
         if isinstance(preset, NoCounterpart):
-            hint = "".join(str(preset).partition("; did you mean")[1:])
-            remark = f"{plugin_type_of(server, plugin)}: no such controller here, no column{hint}"
+            named = plugin_type_of(server, plugin)
+            remark = f"{named}: no such controller here, no column{preset.hint}"
             rows.append(_row(Status.STAND_IN, server, f"{plugin}.plugin", remark))
         else:
             rows += _rows(server, plugin, preset)

@@ -56,7 +56,14 @@ OUR_CONTROLLERS: Mapping[str, str] = {
 
 
 class NoCounterpart(InputError):
-    """Raised for a controller plugin of a Nav2 file that has no counterpart here."""
+    """Raised for a controller plugin of a Nav2 file that has no counterpart here.
+
+    hint: names the plugin that may be meant, "; did you mean ...?"; may be ''.
+    """
+
+    def __init__(self, message: str, hint: str = "") -> None:
+        super().__init__(message)
+        self.hint = hint
 
 
 def controller_presets(
@@ -220,8 +227,9 @@ def _counterpart(plugin_type: str, where: str) -> tuple[str, type[ControllerPara
             "; name another controller in a further --nav2 file, or install one with "
             f"nav2_plugin = {plugin_type!r} (docs/controllers.md)"
         )
-        hint = similar_plugin_hint(plugin_type, by_type) or advice
-        raise NoCounterpart(f"{where}: {plugin_type!r} has no counterpart here{hint}")
+        hint = similar_plugin_hint(plugin_type, by_type)
+        message = f"{where}: {plugin_type!r} has no counterpart here{hint or advice}"
+        raise NoCounterpart(message, hint)
     name = by_type[plugin_type]
     return name, controllers[name].Parameters
 

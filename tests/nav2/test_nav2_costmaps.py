@@ -388,7 +388,7 @@ def sources_of(setup):
 
 def test_the_collision_monitor_looks_at_the_robots_range_sensors(setup_of, with_sonars):
     setup = setup_of(COLUMN, MONITOR % "[left, scan]", base=with_sonars)
-    expected = {"left": ("range", "sonar_left", 0.5), "lidar": ("scan", "", None)}
+    expected = {"left": ("range", "sonar_left", 0.5), "scan": ("scan", "", None)}
     assert sources_of(setup) == expected
     left = setup.robot.navigation.collision_monitor.observation_sources["left"]
     assert left.obstacles_angle == 0.1
@@ -403,7 +403,7 @@ def test_the_lidar_is_looked_at_where_the_robot_has_no_such_range_sensor(setup_o
     assert row.status is Status.STAND_IN
     assert row.remark == ("range: the robot has no such sensor; the lidar is used instead")
     setup = setup_of(COLUMN, MONITOR % "[rear, left]", base=with_sonars)
-    assert list(sources_of(setup)) == ["lidar", "left"]
+    assert list(sources_of(setup)) == ["scan", "left"]
 
 
 def test_up_to_iron_a_range_that_cannot_be_measured_does_not_stop_the_robot(setup_of, with_sonars):

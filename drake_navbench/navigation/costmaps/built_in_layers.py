@@ -221,11 +221,12 @@ class InflationLayer(_LayerWithoutState):
     Parameters: ClassVar[type[InflationLayerParameters]] = InflationLayerParameters
 
     def __init__(self, parameters: InflationLayerParameters, setup: LayerSetup) -> None:
-        own = parameters.own_values()
-        custom = own.pop("custom_inscribed_radius", -1.0)
-        self._parameters = own
+        self._parameters = parameters.own_values()
+        # Quiet: among the values only where it differs from its default.
+        self._parameters.pop("custom_inscribed_radius", None)
         is_wave = setup.rules.is_before_lyrical or parameters.plugin == LEGACY_INFLATION
         self._inflate = inflate_by_wave if is_wave else inflate
+        custom = parameters.custom_inscribed_radius
         is_custom = custom >= 0.0 and not is_wave
         self._inscribed_radius = custom if is_custom else footprint_radii(setup.footprint)[0]
 
