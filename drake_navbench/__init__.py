@@ -14,16 +14,17 @@ if TYPE_CHECKING:
     from drake_navbench.campaign.benchmark import run_benchmark
     from drake_navbench.campaign.run_results import Results
     from drake_navbench.logs.log import TrialLog
-    from drake_navbench.trial.trial import run_trial
+    from drake_navbench.trial.trial import open_trial, run_trial
 
 # numpy and numba read the environment when they are imported, so it is set before either.
 hold_to_baseline()
 
-__all__ = ["Results", "TrialLog", "__version__", "run_benchmark", "run_trial"]
+__all__ = ["Results", "TrialLog", "__version__", "open_trial", "run_benchmark", "run_trial"]
 
 _HOMES = {
     "Results": "drake_navbench.campaign.run_results",
     "TrialLog": "drake_navbench.logs.log",
+    "open_trial": "drake_navbench.trial.trial",
     "run_benchmark": "drake_navbench.campaign.benchmark",
     "run_trial": "drake_navbench.trial.trial",
 }

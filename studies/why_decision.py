@@ -24,7 +24,7 @@ from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.trial.column_controller import built_controller
 from drake_navbench.trial.diagram import Observers
-from drake_navbench.trial.trial import simulate_with
+from drake_navbench.trial.simulation import simulate_with
 
 STEM = Path(__file__).parents[1] / "docs" / "images" / "why_dwb"
 SCENARIO, CONTROLLER, AT_S = "doorway", "dwb", 5.3

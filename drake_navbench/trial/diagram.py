@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.geometry import SceneGraph
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort, System
 
 from drake_navbench.controller import Controller
 from drake_navbench.explanation import ControlCycle
@@ -69,6 +69,7 @@ class TrialDiagram:
     """A built diagram, and the systems in it that a trial or a test talks to.
 
     A running stack is navigator and controller server in one, and has costmaps of its own.
+    own_systems: all systems but those of `Observers.add_systems`.
     """
 
     diagram: Diagram
@@ -85,6 +86,7 @@ class TrialDiagram:
     to_wheels: tuple[CommandLink | SlippingWheels, ...] = ()
     transport: FloorTransport | None = None
     range_sensors: RangeSensors | None = None
+    own_systems: tuple[System, ...] = ()
 
     @property
     def state_system(self) -> Base | FloorTransport:
@@ -115,18 +117,20 @@ class TrialDiagram:
 
 
 class Observers(NamedTuple):
-    """The functions that watch a trial while it runs, and whether its costmaps are recorded.
+    """The functions that watch a trial, and whether its costmaps are recorded.
 
     watch: is called with the present moment whenever the recorder samples. keeps_costmaps: whether
     the recorder keeps the local costmaps. on_cycle: is called with every control cycle. takes_over:
     is called before every cycle; a controller that it returns drives from then on, and so changes
-    the motion. It returns None otherwise.
+    the motion. It returns None otherwise. add_systems: is called once with the builder of the
+    wired trial, to add systems that watch it.
     """
 
     watch: Callable[[Moment], None] | None = None
     keeps_costmaps: bool = True
     on_cycle: Callable[[ControlCycle], None] | None = None
     takes_over: Callable[[float], Controller | None] | None = None
+    add_systems: Callable[[DiagramBuilder], None] | None = None
 
 
 class TrialMaps(NamedTuple):
@@ -198,6 +202,9 @@ def build_trial_diagram(
     if isinstance(navigator, TreeNavigator) and floors is not None:
         connect_floors(builder, navigator, builder.GetSystems())
 
+    own_systems = tuple(builder.GetSystems())
+    if observers.add_systems is not None:
+        observers.add_systems(builder)
     diagram = builder.Build()
     diagram.set_name("trial")
     return TrialDiagram(
@@ -215,6 +222,7 @@ def build_trial_diagram(
         to_wheels=to_wheels,
         transport=transport,
         range_sensors=range_sensors,
+        own_systems=own_systems,
     )
 
 

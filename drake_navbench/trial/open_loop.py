@@ -9,8 +9,8 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.trial.base_wiring import make_base
+from drake_navbench.trial.simulation import INTEGRATION
 from drake_navbench.trial.systems.ports import COMMAND_SIZE, STATE_SIZE
-from drake_navbench.trial.trial import INTEGRATION
 
 
 def drive_open_loop(

@@ -1,55 +1,33 @@
-"""One trial: build the diagram, simulate it to its end, return the log."""
+"""One trial: its specification is checked and driven, its log returned."""
 
 from __future__ import annotations
 
-import math
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
-from pydrake.systems.analysis import (
-    ApplySimulatorConfig,
-    Simulator,
-    SimulatorConfig,
-    SimulatorStatus,
-)
-from pydrake.systems.framework import Context, EventStatus
+from pydrake.systems.framework import DiagramBuilder
 
-from drake_navbench.controller import Controller
 from drake_navbench.errors import InputError, NavbenchError, is_machine_fault, one_line
 from drake_navbench.inputs.presets import Preset, load_preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.inputs.task_check import check_task
-from drake_navbench.kernels.arrays import Array
-from drake_navbench.kernels.grid import Costmap
 from drake_navbench.logs.log import TrialLog
-from drake_navbench.navigation.costmaps.map_file import OccupancyMap
-from drake_navbench.navigation.task import TaskStatus
 from drake_navbench.processes.tasks import Died, Failure, Task, TimedOut
 from drake_navbench.processes.worker_process import Returned
 from drake_navbench.processes.workers import run_tasks, start_server
 from drake_navbench.trial.column_controller import built_controller
-from drake_navbench.trial.contact_watch import Contact, ContactWatch
-from drake_navbench.trial.diagram import Observers, TrialDiagram, TrialMaps, build_trial_diagram
-from drake_navbench.trial.floors import trial_floors
-from drake_navbench.trial.planning import global_layers, known_map, make_plan
+from drake_navbench.trial.diagram import Observers
 from drake_navbench.trial.plugin_check import check_plugins, check_running_stack
 from drake_navbench.trial.rehearsal import rehearse
-from drake_navbench.trial.spec import FollowPlan, NavigateToPoses, TrialSpec
-from drake_navbench.trial.systems.lifetime import release
-from drake_navbench.trial.systems.running_stack import StackTask
+from drake_navbench.trial.simulation import TrialSimulation, built_simulation, simulate_with
+from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.task_cost import check_cost, wall_clock_limit_s
-from drake_navbench.trial.timing import MAX_STEP_S
-from drake_navbench.trial.trial_log import failed_log, make_log
+from drake_navbench.trial.trial_log import failed_log
 
-# A fixed step without error control: drawing or logging more often must not move the numbers.
-INTEGRATION = SimulatorConfig(
-    integration_scheme="runge_kutta2", max_step_size=MAX_STEP_S, use_error_control=False
-)
-HAS_ENDED = SimulatorStatus.ReturnReason.kReachedTerminationCondition
 DEFAULT_ROBOT = "wheelchair"
 # The column that rehearses a trial in place of a running stack.
 STAND_IN = "rpp"
@@ -79,6 +57,45 @@ def run_trial(
     outcome, not an exception. A controller that is not ours runs in a process of its own, which it
     may end or hang without harm.
     """
+    spec = replace(
+        checked_spec(scenario, controller, seed, robot),
+        wants_diagnostics=wants_diagnostics,
+        keeps_costmaps=keeps_costmaps,
+        compute_times_ms=None if compute_times_of is None else compute_times(compute_times_of),
+    )
+    return _simulated_apart(spec) if spec.code_owner else simulate(spec)
+
+
+@contextmanager
+def open_trial(
+    scenario: str | Scenario,
+    controller: str | Preset,
+    seed: int = 0,
+    *,
+    robot: str | Robot = DEFAULT_ROBOT,
+    add_systems: Callable[[DiagramBuilder], None] | None = None,
+) -> Iterator[TrialSimulation]:
+    """Opens one trial as a Drake Diagram with its Simulator; arguments as those of `run_trial`.
+
+    add_systems: is called with the builder after the trial's systems were wired, to add some of
+    your own. The diagram is freed at the end of the `with` block. A controller that is not ours
+    runs in this process. Raises InputError where an argument is wrong.
+    """
+    spec = checked_spec(scenario, controller, seed, robot)
+    if spec.preset.is_running_stack:
+        raise InputError(f"{spec.preset.source}: expected a controller; a running stack has none")
+    spec = replace(spec, robot=spec.preset.robot(spec.robot))
+    with (
+        built_controller(spec.preset, spec.robot) as built,
+        built_simulation(built, spec, Observers(add_systems=add_systems)) as simulation,
+    ):
+        yield simulation
+
+
+def checked_spec(
+    scenario: str | Scenario, controller: str | Preset, seed: int, robot: str | Robot
+) -> TrialSpec:
+    """Returns the specification of a trial; raises InputError where it cannot be driven."""
     scenario = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
     preset = controller if isinstance(controller, Preset) else load_preset(controller)
     if isinstance(robot, str):
@@ -88,16 +105,7 @@ def run_trial(
     check_plugins(scenario, robot)
     preset = preset.for_robot(robot)
     check_running_stack(scenario, preset)
-    spec = TrialSpec(
-        scenario,
-        robot,
-        preset,
-        seed=seed,
-        wants_diagnostics=wants_diagnostics,
-        keeps_costmaps=keeps_costmaps,
-        compute_times_ms=None if compute_times_of is None else compute_times(compute_times_of),
-    )
-    return _simulated_apart(spec) if spec.code_owner else simulate(spec)
+    return TrialSpec(scenario, robot, preset, seed=seed)
 
 
 def compute_times(log: TrialLog) -> tuple[tuple[float, float], ...]:
@@ -168,143 +176,3 @@ def _simulate(spec: TrialSpec, observers: Observers | None = None) -> TrialLog:
     with built_controller(spec.preset, spec.robot, wants_diagnostics=wants_diagnostics) as built:
         observers = (observers or Observers())._replace(keeps_costmaps=spec.keeps_costmaps)
         return simulate_with(built, spec, observers)
-
-
-def simulate_with(
-    controller: Controller,
-    spec: TrialSpec,
-    observers: Observers,
-    *,
-    until_s: float = math.inf,
-) -> TrialLog:
-    """Runs a trial with a built controller, without a rehearsal; its log ends at `until_s`.
-
-    spec: with the robot as the column drives it.
-    """
-    trial = build_trial_diagram(
-        spec.robot,
-        spec.scenario.true_world,
-        controller,
-        task=trial_task(spec),
-        maps=TrialMaps(_static_map(spec), _known_map(spec), spec.scenario.places[0].filter_masks),
-        conditions=spec.scenario.conditions(spec.robot),
-        compute_times_ms=spec.compute_times_ms,
-        observers=observers,
-    )
-    try:
-        return _driven(spec, trial, until_s)
-    finally:
-        release(trial.diagram)
-
-
-def _driven(spec: TrialSpec, trial: TrialDiagram, until_s: float) -> TrialLog:
-    """Simulates a built trial to its end, or to a time, and returns its log."""
-    context = trial.create_context(spec.scenario.start_pose(spec.seed), spec.seed)
-    simulator = Simulator(trial.diagram, context)
-    ApplySimulatorConfig(INTEGRATION, simulator)
-    contact_watch = ContactWatch(
-        spec.robot.drive,
-        spec.scenario.true_world,
-        footprint=spec.robot.outline,
-        max_step_s=MAX_STEP_S,
-    )
-    simulator.set_monitor(_end_of_trial(trial, context, contact_watch))
-    if simulator.Initialize().reason() != HAS_ENDED:
-        simulator.AdvanceTo(min(spec.scenario.timeout_s, until_s))
-    if contact_watch.contact is not None:
-        _put_back_to_contact(trial, context, contact_watch.contact)
-    return make_log(spec, trial, context, contact_watch)
-
-
-def trial_task(spec: TrialSpec) -> FollowPlan | NavigateToPoses | StackTask:
-    """Returns the robot's task in the scenario's navigation mode, or for a running stack."""
-    scenario, robot = spec.scenario, spec.robot
-    if spec.preset.is_running_stack:
-        return _stack_task(spec)
-    if scenario.navigation_mode == "follow_path":
-        return FollowPlan(partial(make_plan, scenario, robot))
-
-    def plan(start: Array, goal: Array, costmap: Costmap) -> Array:
-        return make_plan(scenario, robot, start, goal, costmap=costmap)
-
-    return NavigateToPoses(
-        goals=scenario.goals,
-        make_plan=plan,
-        global_layers=global_layers(scenario.places[0], robot),
-        start_pose=scenario.start_pose(spec.seed),
-        floors=trial_floors(scenario, robot, spec.seed),
-        navigator=scenario.navigation_mode,
-    )
-
-
-def _stack_task(spec: TrialSpec) -> StackTask:
-    """Returns the task of a running stack."""
-    scenario, robot = spec.scenario, spec.robot
-    start = scenario.start_pose(spec.seed)
-    return StackTask(robot, scenario.goals, start, known_map(scenario.places[0], robot))
-
-
-def _static_map(spec: TrialSpec) -> OccupancyMap | None:
-    """Returns the map for the static layer of the local costmap, None without such a layer."""
-    settings = spec.robot.navigation.local_costmap
-    return (
-        known_map(spec.scenario.places[0], spec.robot)
-        if settings.is_active("static_layer")
-        else None
-    )
-
-
-def _known_map(spec: TrialSpec) -> OccupancyMap | None:
-    """Returns AMCL's map, None where AMCL does not localize the robot."""
-    if spec.robot.localization.amcl is None:
-        return None
-    return known_map(spec.scenario.places[0], spec.robot)
-
-
-def _end_of_trial(
-    trial: TrialDiagram, root_context: Context, contact_watch: ContactWatch
-) -> Callable[[Context], EventStatus | None]:
-    """Returns the monitor that stops the simulation after a touch or when the task is over."""
-    state_port, transport = trial.state_port, trial.transport
-    status_port = trial.navigator.GetOutputPort("task_status")
-    # The simulator hands the same context to every call.
-    state_context = trial.state_system.GetMyContextFromRoot(root_context)
-    navigator_context = trial.navigator.GetMyContextFromRoot(root_context)
-    moving_world = trial.moving_world
-    moving_context = moving_world and moving_world.GetMyContextFromRoot(root_context)
-    # The last status that was not final: most steps see it again.
-    running: TaskStatus | None = None
-
-    def monitor(context: Context) -> EventStatus | None:
-        nonlocal running
-        time_s = context.get_time()
-        status = status_port.Eval(navigator_context)
-        if status is running and transport is None and time_s < contact_watch.idle_until_s:
-            return None
-        # A task that ended in the updates before this step was over before the step's touch.
-        is_over = status.state.is_final and status.time_s < time_s
-        if transport is not None:
-            contact_watch.come_to_floor(transport.floor_changes(state_context))
-        if time_s >= contact_watch.idle_until_s and not is_over:
-            people = moving_world.people_at(moving_context)[:, :3] if moving_world else None
-            contact_watch.look(time_s, state_port.Eval(state_context), people)
-            if contact_watch.contact is not None:
-                return EventStatus.ReachedTermination(trial.diagram, "collided")
-        if status.state.is_final:
-            return EventStatus.ReachedTermination(trial.diagram, status.reason)
-        running = status
-        return None
-
-    return monitor
-
-
-def _put_back_to_contact(trial: TrialDiagram, context: Context, contact: Contact) -> None:
-    """Puts a Context, and the recording in it, back from the end of a step to the touch in it."""
-    context.SetTime(contact.time_s)
-    state, transport = contact.state, trial.transport
-    if transport is not None:
-        state = transport.base_state(transport.GetMyContextFromRoot(context), state)
-    trial.base.set_state(trial.base.GetMyMutableContextFromRoot(context), state)
-    trial.clearance.set_contact(trial.clearance.GetMyMutableContextFromRoot(context))
-    recorder_context = trial.recorder.GetMyContextFromRoot(context)
-    trial.recorder.find_recording(recorder_context).forget_after(contact.time_s)

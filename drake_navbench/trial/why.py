@@ -32,10 +32,11 @@ from drake_navbench.processes.workers import run_tasks, start_server
 from drake_navbench.trial.column_controller import built_controller
 from drake_navbench.trial.diagram import Observers
 from drake_navbench.trial.recording_wiring import RECORDER_PERIOD_S
+from drake_navbench.trial.simulation import simulate_with
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.systems.compute_clock import ComputeClock
 from drake_navbench.trial.task_cost import wall_clock_limit_s
-from drake_navbench.trial.trial import compute_times, simulate_with
+from drake_navbench.trial.trial import compute_times
 
 ROUNDING_S = 1e-9
 

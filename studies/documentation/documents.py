@@ -16,18 +16,18 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 
-import numpy as np
 from catalogue import catalogue
 from field_table import robots_page
 from plugin_page import DATA_FILE, plugin_page, read_plugins
+from pydrake.systems.framework import Context, OutputPort, PortDataType
 
+from drake_navbench import open_trial
 from drake_navbench.commands.command_line import CommandParser, exit_status_of
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.floor_scenario import SCENARIO_FILES
 from drake_navbench.inputs.presets import PresetFile, default_presets, load_preset, preset_files
-from drake_navbench.inputs.robot import Robot, load_robot
+from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario, load_scenario
-from drake_navbench.inputs.world import World
 from drake_navbench.logs.costmaps import COSTMAP_COLUMNS
 from drake_navbench.logs.header import SCHEMA_VERSION
 from drake_navbench.logs.log_columns import (
@@ -39,10 +39,6 @@ from drake_navbench.logs.log_columns import (
 from drake_navbench.logs.people import PEOPLE_COLUMNS
 from drake_navbench.logs.plans import PLAN_COLUMNS
 from drake_navbench.logs.text_tables import markdown_table
-from drake_navbench.trial.column_controller import controller_setup
-from drake_navbench.trial.diagram import build_trial_diagram
-from drake_navbench.trial.spec import FollowPlan
-from drake_navbench.trial.trial import DEFAULT_ROBOT
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 CONTACT_TEXT = """\
@@ -87,16 +83,8 @@ def documents(folder: Path) -> Iterator[tuple[str, str]]:
 
 def wiring() -> str:
     """Returns the wiring of a trial in Graphviz's language, always in the same order."""
-    robot = load_robot(DEFAULT_ROBOT)
-    preset = load_preset(default_presets()[0])
-    controller = preset.controller_class(preset.parameters, controller_setup(robot))
-    trial = build_trial_diagram(
-        robot,
-        World(tuple(load_scenario("one_obstacle").world.obstacles)),
-        controller,
-        task=FollowPlan(lambda start: np.array([start])),
-    )
-    return _in_fixed_order(trial.diagram.GetGraphvizString(max_depth=1))
+    with open_trial("one_obstacle", default_presets()[0]) as trial:
+        return _in_fixed_order(trial.diagram.GetGraphvizString(max_depth=1))
 
 
 def _in_fixed_order(source: str) -> str:
@@ -197,7 +185,35 @@ def _family(scenario: Scenario) -> str:
     return ""
 
 
+def systems_table() -> str:
+    """Returns the table of the systems of a wheelchair's trial, with their ports."""
+    with open_trial("empty", "rpp") as trial:
+        # Plans and scans are there from the first second on.
+        trial.advance_to(1.0)
+        rows = []
+        for system in trial.diagram.GetSystems():
+            context = system.GetMyContextFromRoot(trial.context)
+            inputs = map(system.get_input_port, range(system.num_input_ports()))
+            outputs = map(system.get_output_port, range(system.num_output_ports()))
+            rows.append(
+                (
+                    f"`{system.get_name()}`",
+                    ", ".join(f"`{port.get_name()}`" for port in inputs),
+                    ", ".join(f"`{port.get_name()}`: {_kind(port, context)}" for port in outputs),
+                )
+            )
+    return "\n".join(markdown_table(("system", "input ports", "output ports"), rows))
+
+
+def _kind(port: OutputPort, context: Context) -> str:
+    """Returns the size of a port's vector, or the name of the type of its abstract value."""
+    if port.get_data_type() == PortDataType.kVectorValued:
+        return str(port.size())
+    return type(port.Eval(context)).__name__
+
+
 TABLES: Mapping[str, tuple[str, Callable[[], str]]] = {
+    "drake.md": ("systems", systems_table),
     "controllers.md": ("presets", presets_table),
     "scenarios.md": ("scenarios", scenarios_table),
 }

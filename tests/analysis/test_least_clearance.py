@@ -20,7 +20,7 @@ from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.kernels.least_gap import TOLERANCE_M
 from drake_navbench.kernels.swept_contact import clearance_at, pose_within_step
 from drake_navbench.logs.outcome import Outcome
-from drake_navbench.trial import trial as trial_module
+from drake_navbench.trial import simulation as trial_module
 from drake_navbench.trial.contact_watch import ContactWatch
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import simulate

@@ -20,8 +20,8 @@ from drake_navbench.kernels.swept_contact import (
     share_until_contact,
     soonest_contact_s,
 )
+from drake_navbench.trial.simulation import INTEGRATION
 from drake_navbench.trial.systems.wheelchair import Wheelchair
-from drake_navbench.trial.trial import INTEGRATION
 
 CORNER_M = math.hypot(0.85, 0.3)
 STEP_S = 0.02

@@ -14,10 +14,11 @@ from drake_navbench.logs.outcome import Outcome
 from drake_navbench.trial.column_controller import built_controller
 from drake_navbench.trial.diagram import TrialDiagram, build_trial_diagram
 from drake_navbench.trial.floors import drawn_legs
+from drake_navbench.trial.simulation import trial_task
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.systems.lifetime import release
 from drake_navbench.trial.systems.ports import read_object
-from drake_navbench.trial.trial import run_trial, trial_task
+from drake_navbench.trial.trial import run_trial
 
 
 def drive(scenario: Scenario, **options) -> TrialLog:
@@ -140,7 +141,7 @@ def test_costmaps_are_empty_after_the_change_of_floor(without_travel):
         assert local is None
         assert not (whole.costs == 254).any()
         assert whole.origin_x > 3.0
-        release(trial.diagram)
+        release(trial.own_systems)
 
 
 @pytest.mark.parametrize(

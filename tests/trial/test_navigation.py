@@ -21,8 +21,8 @@ from drake_navbench.logs.log_columns import UNREPEATABLE_COLUMNS
 from drake_navbench.logs.outcome import Outcome
 from drake_navbench.trial.column_controller import controller_setup
 from drake_navbench.trial.diagram import build_trial_diagram
+from drake_navbench.trial.simulation import INTEGRATION, trial_task
 from drake_navbench.trial.spec import TrialSpec
-from drake_navbench.trial.trial import INTEGRATION, trial_task
 
 
 @pytest.fixture(scope="module")

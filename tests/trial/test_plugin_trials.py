@@ -32,8 +32,9 @@ from drake_navbench.navigation.behaviors import make_behaviors
 from drake_navbench.navigation.task import TaskState
 from drake_navbench.trial.column_controller import make_controller
 from drake_navbench.trial.diagram import build_trial_diagram
+from drake_navbench.trial.simulation import INTEGRATION, trial_task
 from drake_navbench.trial.spec import TrialSpec
-from drake_navbench.trial.trial import INTEGRATION, drive, simulate, trial_task
+from drake_navbench.trial.trial import drive, simulate
 from drake_navbench.typed_files.typed_yaml import validate
 
 CODE = Path(__file__).parents[1] / "their_plugins.py"

@@ -14,7 +14,7 @@ from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import Scenario, scenario_on_map
 from drake_navbench.inputs.task_check import check_task
-from drake_navbench.trial import trial as trial_module
+from drake_navbench.trial import simulation as trial_module
 from drake_navbench.trial.diagram import TrialDiagram
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import simulate

@@ -19,12 +19,12 @@ from drake_navbench.kernels.swept_contact import clearance_at
 from drake_navbench.trial.base_wiring import add_base
 from drake_navbench.trial.contact_watch import ContactWatch
 from drake_navbench.trial.navigation_wiring import connect_inputs
+from drake_navbench.trial.simulation import INTEGRATION
 from drake_navbench.trial.systems.lidar import Lidar
 from drake_navbench.trial.systems.lifetime import release, weakly_bound
 from drake_navbench.trial.systems.localization import Localization
 from drake_navbench.trial.systems.ports import COMMAND_SIZE
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S, MAX_STEP_S
-from drake_navbench.trial.trial import INTEGRATION
 
 
 class RobotSimulation:
@@ -115,7 +115,7 @@ class RobotSimulation:
 
     def close(self) -> None:
         """Frees the diagram; nothing can be driven afterwards."""
-        release(self._diagram)
+        release(self._diagram.GetSystems())
 
     @property
     def has_collided(self) -> bool:

@@ -15,11 +15,11 @@ collector does not see as one:
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from types import MethodType
 from typing import Any
 
-from pydrake.systems.framework import Diagram
+from pydrake.systems.framework import Diagram, System
 
 
 def weakly_bound(method: Callable[..., Any]) -> Callable[..., Any]:
@@ -38,9 +38,9 @@ def weakly_bound(method: Callable[..., Any]) -> Callable[..., Any]:
     return call
 
 
-def release(diagram: Diagram) -> None:
-    """Empties the systems of a diagram that is not used any more, so that it can be freed."""
-    for system in diagram.GetSystems():
+def release(systems: Iterable[System]) -> None:
+    """Empties systems whose diagram is not used any more, so that it can be freed."""
+    for system in systems:
         if isinstance(system, Diagram):
-            release(system)
+            release(system.GetSystems())
         vars(system).clear()
