@@ -99,8 +99,13 @@ class SmacPlannerHybrid:
         return path
 
     def _radius_m(self, grid: Costmap) -> float:
-        """Returns the turning radius, m: not below a cell."""
-        return max(self.parameters.minimum_turning_radius, grid.resolution)
+        """Returns the turning radius, m: not below a cell.
+
+        Nav2 means the cells of the coarser map, also where downsample_costmap is off.
+        """
+        p = self.parameters
+        merged = 1 if p.downsample_costmap else p.downsampling_factor
+        return max(p.minimum_turning_radius, grid.resolution * merged)
 
     def _state(
         self, grid: Costmap, pose: Array, error: type[Any], name: str

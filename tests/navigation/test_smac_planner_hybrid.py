@@ -69,6 +69,15 @@ def turning_radii(path):
     return np.prod(sides, axis=0) / np.maximum(2.0 * np.abs(across), 1e-12)
 
 
+def test_the_radius_is_not_below_a_merged_cell_also_where_none_is_merged():
+    # Three cells of 0.05 m: 0.15 m, though the map is planned on as it is.
+    path = planner(minimum_turning_radius=0.05, downsampling_factor=3).plan(room(), START, GOAL)
+    as_wide = planner(minimum_turning_radius=0.15).plan(room(), START, GOAL)
+    tighter = planner(minimum_turning_radius=0.05).plan(room(), START, GOAL)
+    np.testing.assert_allclose(path, as_wide, atol=1e-12)
+    assert np.abs(tighter - as_wide).max() > 0.01
+
+
 def test_the_motions_leave_a_cell_and_turn_by_whole_bins_on_the_tightest_circle():
     table = motions(8.0, 72, reverses=True, interpolates=False)
     chord = np.hypot(table.step_x, table.step_y)
