@@ -11,7 +11,7 @@ the first time. And the search gives up as soon as the heap is empty, before it 
 taken last: along a passage one cell wide it fails, even if that cell is the goal.
 
 Cells are named by row * columns + column. Source: nav2_theta_star_planner (ThetaStar), branch
-lyrical; earlier releases test lines of sight by another rule.
+lyrical, and up to kilted for lines of sight between lattice points.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from drake_navbench.kernels.grid import INSCRIBED, MAX_NON_OBSTACLE, NO_INFORMATION
+from drake_navbench.kernels.grid import INSCRIBED, LETHAL, MAX_NON_OBSTACLE, NO_INFORMATION
 
 NO_PARENT = -1
 # (column, row) of the neighbours in the order in which they are looked at; the first four suffice
@@ -45,8 +45,13 @@ class CostTables(NamedTuple):
     crossing: NDArray[np.float64]
 
 
-def cost_tables(w_traversal_cost: float, *, allow_unknown: bool) -> CostTables:
-    """Returns the tables of a search. A cost of 252 may be entered, but not be crossed by lines."""
+def cost_tables(
+    w_traversal_cost: float, *, allow_unknown: bool, highest: int = MAX_NON_OBSTACLE
+) -> CostTables:
+    """Returns the tables of a search. A cost of 252 may be entered, but not be crossed by lines.
+
+    highest: the highest cost that a step may enter; 251 in Iron.
+    """
     costs = np.arange(256)
     scaled = 26 + 0.9 * costs.astype(np.float64)
     crossed = np.where(costs == NO_INFORMATION, float(INSCRIBED), scaled)
@@ -57,7 +62,7 @@ def cost_tables(w_traversal_cost: float, *, allow_unknown: bool) -> CostTables:
         return w_traversal_cost * values * values / limit / limit
 
     return CostTables(
-        may_enter=is_allowed_unknown | (costs <= limit),
+        may_enter=is_allowed_unknown | (costs <= highest),
         step=weighted(scaled),
         may_cross=is_allowed_unknown | (scaled <= limit),
         crossing=weighted(crossed),
@@ -145,20 +150,80 @@ def line_of_sight(costs, column_0, row_0, column_1, row_1, may_enter, may_cross,
 
 
 @njit(cache=True, error_model="numpy")
-def _reset_parent(costs, cell, tables, w_euc_cost, h_weight, goal, reached):
+def _cost_at(costs, is_along_row, along, beside):
+    """Returns the cost of the cell at (along, beside) of a line that runs along rows or columns.
+
+    Left of column 0 lies the last cell of the row below, as in the memory of Nav2's costmap; below
+    row 0, where Nav2 reads beyond its costmap, all is LETHAL.
+    """
+    column, row = (along, beside) if is_along_row else (beside, along)
+    index = row * costs.shape[1] + column
+    return costs.ravel()[index] if index >= 0 else LETHAL
+
+
+@njit(cache=True, error_model="numpy")
+def lattice_line_of_sight(costs, column_0, row_0, column_1, row_1, may_cross, crossing):
+    """Returns (is_free, cost) of the line between two cells, as releases up to Kilted see it.
+
+    The line runs between the lower left corners of the cells. Every cell that it passes through
+    must be free. Where it runs along the edges of cells, one of the two cells beside each edge
+    must be: the upper or right one counts, and if it is blocked, the other. (ThetaStar::losCheck)
+    """
+    is_along_row = abs(column_1 - column_0) >= abs(row_1 - row_0)
+    along, beside, end, end_beside = column_0, row_0, column_1, row_1
+    if not is_along_row:
+        along, beside, end, end_beside = row_0, column_0, row_1, column_1
+    length, width = abs(end - along), abs(end_beside - beside)
+    step, step_beside = 1 if end > along else -1, 1 if end_beside > beside else -1
+    # A step back passes the cell before the corner.
+    shift, shift_beside = (step - 1) // 2, (step_beside - 1) // 2
+    risen, cost = 0, 0.0
+    while along != end:
+        risen += width
+        if risen >= length:
+            here = _cost_at(costs, is_along_row, along + shift, beside + shift_beside)
+            if not may_cross[here]:
+                return False, cost
+            cost += crossing[here]
+            beside += step_beside
+            risen -= length
+        if risen != 0:
+            here = _cost_at(costs, is_along_row, along + shift, beside + shift_beside)
+            if not may_cross[here]:
+                return False, cost
+            cost += crossing[here]
+        if width == 0:
+            here = _cost_at(costs, is_along_row, along + shift, beside)
+            if not may_cross[here]:
+                here = _cost_at(costs, is_along_row, along + shift, beside - 1)
+            if not may_cross[here]:
+                return False, cost
+            cost += crossing[here]
+        along += step
+    return True, cost
+
+
+@njit(cache=True, error_model="numpy")
+def _reset_parent(costs, cell, tables, weights, goal, reached, by_lattice):
     """Gives a cell its parent's parent, where it sees it and comes cheaper from there.
 
-    goal: (column, row). reached: g, f and parents of all cells, which change.
+    weights: w_euc_cost and the heuristic's. goal: (column, row). reached: g, f and
+    parents of all cells, which change. by_lattice: see cells by `lattice_line_of_sight`.
     """
-    (goal_column, goal_row), (g, f, parents) = goal, reached
+    (goal_column, goal_row), (g, f, parents), (w_euc_cost, h_weight) = goal, reached, weights
     may_enter, _, may_cross, crossing = tables
     columns = costs.shape[1]
     grandparent = parents[parents[cell]]
     row, far_row = cell // columns, grandparent // columns
     column, far_column = cell - row * columns, grandparent - far_row * columns
-    is_free, cost = line_of_sight(
-        costs, column, row, far_column, far_row, may_enter, may_cross, crossing
-    )
+    if by_lattice:
+        is_free, cost = lattice_line_of_sight(
+            costs, column, row, far_column, far_row, may_cross, crossing
+        )
+    else:
+        is_free, cost = line_of_sight(
+            costs, column, row, far_column, far_row, may_enter, may_cross, crossing
+        )
     if not is_free:
         return
     length = _distance(column, row, far_column, far_row)
@@ -170,7 +235,7 @@ def _reset_parent(costs, cell, tables, w_euc_cost, h_weight, goal, reached):
 
 
 @njit(cache=True, error_model="numpy")
-def _search(costs, start, goal, tables, w_euc_cost, neighbour_count):
+def _search(costs, start, goal, tables, w_euc_cost, neighbour_count, by_lattice):
     """Returns (found, parents (cells,) int32) of a search from a start to a goal cell."""
     rows, columns = costs.shape
     may_enter, step_costs, _, _ = tables
@@ -193,7 +258,13 @@ def _search(costs, start, goal, tables, w_euc_cost, neighbour_count):
             return True, parents
         is_waiting[cell] = False
         _reset_parent(
-            costs, cell, tables, w_euc_cost, h_weight, (goal_column, goal_row), (g, f, parents)
+            costs,
+            cell,
+            tables,
+            (w_euc_cost, h_weight),
+            (goal_column, goal_row),
+            (g, f, parents),
+            by_lattice,
         )
         row = cell // columns
         column = cell - row * columns
@@ -229,16 +300,18 @@ def search(
     tables: CostTables,
     w_euc_cost: float,
     how_many_corners: int,
+    by_lattice: bool = False,
 ) -> NDArray[np.int64] | None:
     """Returns (N, 2) [column, row] of the corners of the path, both ends included, or None.
 
     costs: (rows, columns) uint8, C-contiguous. start_cell, goal_cell: (column, row), not the same;
-    neither is tested. how_many_corners: 4 or 8 neighbours of a cell. (ThetaStar::generatePath)
+    neither is tested. how_many_corners: 4 or 8 neighbours of a cell. by_lattice: see
+    cells by `lattice_line_of_sight`, not by `line_of_sight`. (ThetaStar::generatePath)
     """
     columns = costs.shape[1]
     start = start_cell[1] * columns + start_cell[0]
     goal = goal_cell[1] * columns + goal_cell[0]
-    found, parents = _search(costs, start, goal, tables, w_euc_cost, how_many_corners)
+    found, parents = _search(costs, start, goal, tables, w_euc_cost, how_many_corners, by_lattice)
     if not found:
         return None
     corners = [goal]

@@ -87,7 +87,7 @@ class SmacPlannerHybrid:
         last = self._state(grid, goal, GoalOutsideMapBounds, "goal")
         if np.array_equal(np.floor(first), np.floor(last)):
             return np.array([[start[0], start[1], goal[2]]])
-        cells, expansions = self._search(grid, first, last)
+        cells, expansions = self._search(costmap, grid, first, last)
         path = np.empty(cells.shape)
         path[:, 0] = float(F32(grid.origin_x)) + cells[:, 0].astype(float) * grid.resolution
         path[:, 1] = float(F32(grid.origin_y)) + cells[:, 1].astype(float) * grid.resolution
@@ -99,8 +99,13 @@ class SmacPlannerHybrid:
         return path
 
     def _radius_m(self, grid: Costmap) -> float:
-        """Returns the turning radius, m: not below a cell."""
-        return max(self.parameters.minimum_turning_radius, grid.resolution)
+        """Returns the turning radius, m: not below a cell.
+
+        Nav2 means the cells of the coarser map, also where downsample_costmap is off.
+        """
+        p = self.parameters
+        merged = 1 if p.downsample_costmap else p.downsampling_factor
+        return max(p.minimum_turning_radius, grid.resolution * merged)
 
     def _state(
         self, grid: Costmap, pose: Array, error: type[Any], name: str
@@ -118,9 +123,17 @@ class SmacPlannerHybrid:
         return np.array([x, y, heading % bins], F32)
 
     def _search(
-        self, grid: Costmap, first: NDArray[np.float32], last: NDArray[np.float32]
+        self,
+        costmap: Costmap,
+        grid: Costmap,
+        first: NDArray[np.float32],
+        last: NDArray[np.float32],
     ) -> tuple[NDArray[np.float32], int]:
-        """Returns (N, 3) the path in cells and rad, and the number of expansions; raises."""
+        """Returns (N, 3) the path in cells and rad, and the number of expansions; raises.
+
+        The way round obstacles is that of the cells of the given costmap with the same numbers, as
+        in Nav2 since Jazzy, also where the path is searched on the coarser grid.
+        """
         parameters = self.parameters
         radius = self._radius_m(grid) / grid.resolution
         ways_of_car = motions(
@@ -130,7 +143,7 @@ class SmacPlannerHybrid:
             interpolates=parameters.allow_primitive_interpolation,
         )
         reached = reached_from(
-            grid.costs,
+            costmap.costs,
             (int(last[0]), int(last[1])),
             (int(first[0]), int(first[1])),
             is_coarse=parameters.downsample_obstacle_heuristic,

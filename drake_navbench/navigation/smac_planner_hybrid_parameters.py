@@ -111,7 +111,7 @@ class SmacPlannerHybridParameters(SmacSearchParameters):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if self.angle_quantization_bins % self.coarse_step != 0:
+        if self.angle_quantization_bins % max(1, self.coarse_search_resolution) != 0:
             raise ValueError(
                 f"coarse_search_resolution: got {self.coarse_search_resolution}, expected a "
                 f"divisor of angle_quantization_bins {self.angle_quantization_bins}"
@@ -120,5 +120,6 @@ class SmacPlannerHybridParameters(SmacSearchParameters):
 
     @property
     def coarse_step(self) -> int:
-        """The step between the goal headings that are tried first."""
-        return max(1, self.coarse_search_resolution)
+        """The step between the goal headings that are tried first; 1 unless any heading counts."""
+        is_any = self.goal_heading_mode == "ALL_DIRECTION"
+        return max(1, self.coarse_search_resolution) if is_any else 1

@@ -1,10 +1,10 @@
 """Nav2's Theta* planner: straight lines between the corners of a path that heeds the costs.
 
-Each request is answered as Nav2 answers the first one after its start: it frees the cell at the
-lower left corner of the map. (It means to free the robot's cell, but takes that of the request
-before.) Nav2 leaves the cell free in the costmap; here the costmap stays as it is.
-Source: nav2_theta_star_planner (ThetaStarPlanner), branch lyrical; humble frees no cell, and has no
-codes for failures.
+Since Jazzy each request is answered as Nav2 answers the first one after its start: it frees the
+cell at the lower left corner of the map. (It means to free the robot's cell, but takes that of the
+request before.) Nav2 leaves the cell free in the costmap; here the costmap stays as it is.
+Source: nav2_theta_star_planner (ThetaStarPlanner), branches humble to lyrical. Humble has no codes
+for failures.
 """
 
 from __future__ import annotations
@@ -20,15 +20,16 @@ from pydantic import Field
 
 from drake_navbench.kernels import theta_star
 from drake_navbench.kernels.arrays import Array
-from drake_navbench.kernels.grid import FREE, LETHAL, Costmap
+from drake_navbench.kernels.grid import FREE, LETHAL, MAX_NON_OBSTACLE, Costmap
 from drake_navbench.navigation.planner import (
     GoalOccupied,
     NoValidPathCouldBeFound,
     PlanningError,
+    StartOccupied,
     as_pose,
     cells_of_request,
 )
-from drake_navbench.plugins.releases import ReadBy, Release, since
+from drake_navbench.plugins.releases import NEWEST_RELEASE, ReadBy, Release, since
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 
@@ -41,6 +42,11 @@ class ThetaStarPlannerParameters(FrozenModel):
 
     plugin: Literal["nav2_theta_star_planner::ThetaStarPlanner"] = (
         "nav2_theta_star_planner::ThetaStarPlanner"
+    )
+    nav2_release: Release = Field(
+        NEWEST_RELEASE,
+        description="Nav2 release whose rules apply: up to Kilted lines of sight run between the "
+        "cells' corners; Iron refuses a start on a lethal cell and enters no cell of cost 252.",
     )
     how_many_corners: Literal[4, 8] = Field(
         8, description="Number of neighbours of a cell [cells]."
@@ -76,6 +82,9 @@ class ThetaStarPlanner:
         """See `Planner.plan`. Raises PlanningError itself where start or goal is inscribed."""
         start, goal = as_pose(start, "start"), as_pose(goal, "goal")
         start_cell, goal_cell = cells_of_request(costmap, start, goal)
+        release = self.parameters.nav2_release
+        if release is Release.IRON and costmap.costs[start_cell[1], start_cell[0]] == LETHAL:
+            raise StartOccupied("start: its cell is lethal, and iron plans nothing from there")
         if costmap.costs[goal_cell[1], goal_cell[0]] == LETHAL:
             raise GoalOccupied("goal: its cell is lethal")
         parameters = self.parameters
@@ -93,11 +102,15 @@ class ThetaStarPlanner:
     ) -> NDArray[np.int64]:
         """Returns (N, 2) [column, row] of the corners of the path; raises a PlanningError."""
         parameters = self.parameters
+        release = parameters.nav2_release
         tables = theta_star.cost_tables(
-            parameters.w_traversal_cost, allow_unknown=parameters.allow_unknown
+            parameters.w_traversal_cost,
+            allow_unknown=parameters.allow_unknown,
+            highest=MAX_NON_OBSTACLE - (release is Release.IRON),
         )
         costs = costmap.costs.copy()
-        costs[0, 0] = FREE
+        if release >= Release.JAZZY:
+            costs[0, 0] = FREE
         for name, (column, row) in (("start", start_cell), ("goal", goal_cell)):
             cost = costs[row, column]
             if not tables.may_enter[cost]:
@@ -109,6 +122,7 @@ class ThetaStarPlanner:
             tables=tables,
             w_euc_cost=parameters.w_euc_cost,
             how_many_corners=parameters.how_many_corners,
+            by_lattice=release < Release.LYRICAL,
         )
         if corners is None:
             raise NoValidPathCouldBeFound("goal: not reachable")

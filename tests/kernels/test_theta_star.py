@@ -9,7 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from drake_navbench.kernels.theta_star import cost_tables, line_of_sight, search
+from drake_navbench.kernels.theta_star import (
+    cost_tables,
+    lattice_line_of_sight,
+    line_of_sight,
+    search,
+)
 
 LETHAL, UNKNOWN = 254, 255
 TABLES = cost_tables(2.0, allow_unknown=True)
@@ -19,7 +24,9 @@ def free(rows, columns):
     return np.zeros((rows, columns), dtype=np.uint8)
 
 
-def corners_of(costs, start, goal, *, how_many_corners=8, w_euc_cost=1.0, tables=TABLES):
+def corners_of(
+    costs, start, goal, *, how_many_corners=8, w_euc_cost=1.0, tables=TABLES, by_lattice=False
+):
     corners = search(
         costs,
         start,
@@ -27,6 +34,7 @@ def corners_of(costs, start, goal, *, how_many_corners=8, w_euc_cost=1.0, tables
         tables=tables,
         w_euc_cost=w_euc_cost,
         how_many_corners=how_many_corners,
+        by_lattice=by_lattice,
     )
     return None if corners is None else [tuple(corner) for corner in corners.tolist()]
 
@@ -92,6 +100,61 @@ def test_a_diagonal_step_needs_both_cells_beside_it(beside):
     assert sight(costs, (1, 1), (2, 2))[0]
     costs[beside] = LETHAL
     assert not sight(costs, (1, 1), (2, 2))[0]
+
+
+# Lines of sight up to Kilted
+
+
+def lattice_sight(costs, start, end):
+    return lattice_line_of_sight(costs, *start, *end, TABLES.may_cross, TABLES.crossing)
+
+
+def test_a_level_line_needs_one_of_the_two_cells_beside_each_edge():
+    costs = free(3, 8)
+    costs[1, 3] = LETHAL
+    costs[0, 3] = 40
+    is_free, cost = lattice_sight(costs, (1, 1), (5, 1))
+    assert is_free
+    # Columns 1 to 4 of row 1, but for column 3, whose neighbour in row 0 counts.
+    assert cost == pytest.approx(3 * TABLES.crossing[0] + TABLES.crossing[40])
+    costs[0, 3] = LETHAL
+    assert not lattice_sight(costs, (1, 1), (5, 1))[0]
+
+
+def test_an_upright_line_takes_the_cell_to_its_left_where_the_right_one_is_blocked():
+    costs = free(8, 3)
+    costs[3, 1] = LETHAL
+    assert lattice_sight(costs, (1, 1), (1, 5))[0]
+    costs[3, 0] = LETHAL
+    assert not lattice_sight(costs, (1, 1), (1, 5))[0]
+
+
+def test_a_line_down_passes_the_cells_before_its_corners():
+    costs = free(4, 4)
+    costs[1, 1] = LETHAL
+    # From corner (2, 2) to corner (1, 1) lies the cell (1, 1); on to (0, 0) the cell (0, 0).
+    assert not lattice_sight(costs, (2, 2), (0, 0))[0]
+    assert lattice_sight(costs, (1, 1), (0, 0))[0]
+
+
+def test_a_shallow_line_crosses_both_cells_where_it_changes_its_row():
+    costs = free(4, 8)
+    costs[0, :4] = [10, 20, 30, 40]
+    costs[1, :4] = [50, 60, 70, 80]
+    # From (0, 0) to (4, 2) it is at row 1 after two columns: cells (0, 0), (1, 0), (2, 1), (3, 1).
+    is_free, cost = lattice_sight(costs, (0, 0), (4, 2))
+    assert is_free
+    assert cost == pytest.approx(TABLES.crossing[[10, 20, 70, 80]].sum())
+
+
+def test_left_of_the_first_column_lies_the_row_below_and_below_the_first_row_nothing():
+    costs = free(4, 4)
+    costs[2, 0] = LETHAL
+    assert lattice_sight(costs, (0, 1), (0, 3))[0]
+    costs[1, 3] = LETHAL
+    assert not lattice_sight(costs, (0, 1), (0, 3))[0]
+    costs[0, 2] = LETHAL
+    assert not lattice_sight(costs, (1, 0), (3, 0))[0]
 
 
 # Paths

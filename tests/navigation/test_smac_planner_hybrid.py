@@ -9,8 +9,10 @@ from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.kernels.footprint import footprint_radii
 from drake_navbench.kernels.grid import LETHAL, Costmap
+from drake_navbench.kernels.hybrid_heuristics import reached_from
 from drake_navbench.kernels.hybrid_motion import FORWARD, REVERSE, motions
 from drake_navbench.kernels.inflation import inflate
+from drake_navbench.navigation import smac_planner_hybrid
 from drake_navbench.navigation.costmaps.built_in_layers import InflationLayerParameters
 from drake_navbench.navigation.planner import (
     GoalOccupied,
@@ -67,6 +69,36 @@ def turning_radii(path):
     sides = [np.hypot(*(q - p).T) for p, q in ((a, b), (b, c), (a, c))]
     across = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
     return np.prod(sides, axis=0) / np.maximum(2.0 * np.abs(across), 1e-12)
+
+
+def test_the_radius_is_not_below_a_merged_cell_also_where_none_is_merged():
+    # Three cells of 0.05 m: 0.15 m, though the map is planned on as it is.
+    path = planner(minimum_turning_radius=0.05, downsampling_factor=3).plan(room(), START, GOAL)
+    as_wide = planner(minimum_turning_radius=0.15).plan(room(), START, GOAL)
+    tighter = planner(minimum_turning_radius=0.05).plan(room(), START, GOAL)
+    np.testing.assert_allclose(path, as_wide, atol=1e-12)
+    assert np.abs(tighter - as_wide).max() > 0.01
+
+
+def test_on_a_coarser_grid_the_way_round_is_that_of_the_given_costmap(monkeypatch):
+    # Nav2 looks up the goal's coarse cell, (12, 12) of 25 x 30, in the costmap of 50 x 60 cells.
+    asked = []
+
+    def reached(costs, goal, start, **rules):
+        asked.append((costs.shape, goal, start))
+        return reached_from(costs, goal, start, **rules)
+
+    monkeypatch.setattr(smac_planner_hybrid, "reached_from", reached)
+    costs = np.zeros((50, 60), np.uint8)
+    coarse = planner(downsample_costmap=True, downsampling_factor=2, smooth_path=False)
+    coarse.plan(Costmap(costs, 0.0, 0.0, RESOLUTION_M), (0.42, 0.82, 0.0), (1.22, 1.22, 0.0))
+    assert asked == [((50, 60), (12, 12), (4, 8))]
+
+
+def test_a_coarse_search_of_headings_counts_only_where_any_heading_does():
+    for mode, step in (("DEFAULT", 1), ("BIDIRECTIONAL", 1), ("ALL_DIRECTION", 2)):
+        settings = SmacPlannerHybridParameters(goal_heading_mode=mode, coarse_search_resolution=2)
+        assert settings.coarse_step == step
 
 
 def test_the_motions_leave_a_cell_and_turn_by_whole_bins_on_the_tightest_circle():

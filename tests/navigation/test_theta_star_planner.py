@@ -9,6 +9,7 @@ from drake_navbench.navigation.planner import (
     GoalOccupied,
     NoValidPathCouldBeFound,
     PlanningError,
+    StartOccupied,
 )
 from drake_navbench.navigation.theta_star_planner import (
     ThetaStarPlanner,
@@ -78,10 +79,42 @@ def test_a_blocked_start_fails_without_a_code_of_its_own():
     assert caught.value.code == 200
 
 
-def test_the_cell_that_nav2_frees_by_mistake_is_free():
+def test_the_cell_that_nav2_frees_by_mistake_since_jazzy_is_free():
     costs = free()
     costs[0, 0] = LETHAL
-    assert len(plan(costs, (0.05, 0.05, 0.0), (3.05, 2.05, 0.0)))
+    for release in ("jazzy", "lyrical"):
+        assert len(plan(costs, (0.05, 0.05, 0.0), (3.05, 2.05, 0.0), nav2_release=release))
+    with pytest.raises(PlanningError, match="start: its cell has cost 254"):
+        plan(costs, (0.05, 0.05, 0.0), (3.05, 2.05, 0.0), nav2_release="humble")
+
+
+def test_iron_refuses_a_lethal_start_before_it_looks_at_the_goal():
+    costs = free()
+    costs[20, 10] = costs[20, 30] = LETHAL
+    with pytest.raises(StartOccupied):
+        plan(costs, (1.05, 2.05, 0.0), (3.05, 2.05, 0.0), nav2_release="iron")
+    with pytest.raises(GoalOccupied):
+        plan(costs, (1.05, 2.05, 0.0), (3.05, 2.05, 0.0), nav2_release="jazzy")
+
+
+def test_iron_enters_no_cell_of_cost_252():
+    costs = free()
+    costs[:, 30] = 252
+    assert len(plan(costs, (1.0, 2.0, 0.0), (5.0, 2.0, 0.0), nav2_release="jazzy"))
+    with pytest.raises(NoValidPathCouldBeFound):
+        plan(costs, (1.0, 2.0, 0.0), (5.0, 2.0, 0.0), nav2_release="iron")
+
+
+def test_up_to_kilted_a_line_may_run_through_a_wall_one_cell_thick():
+    costs = free()
+    costs[20, 20:30] = LETHAL
+    points = {
+        release: plan(costs, (1.55, 2.05, 0.0), (3.55, 2.05, 0.0), nav2_release=release)[:, :2]
+        for release in ("kilted", "lyrical")
+    }
+    np.testing.assert_allclose(points["kilted"][:, 1], 2.05)
+    columns, rows = (points["lyrical"] / RESOLUTION_M).astype(int).T
+    assert (costs[rows, columns] == 0).all()
 
 
 def test_unknown_cells_are_crossed_where_they_are_allowed():
