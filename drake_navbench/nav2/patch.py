@@ -15,15 +15,15 @@ import yaml
 
 from drake_navbench.errors import InputError
 from drake_navbench.nav2.parameters import (
-    MERGE_TAG,
     PARAMETERS_KEY,
     Parameter,
-    RosLoader,
     Section,
     nodes_called,
     read_parameter_text,
 )
 from drake_navbench.nav2.yaml_text import added, block_text, replaced
+from drake_navbench.typed_files.ros_yaml import RosLoader
+from drake_navbench.typed_files.yaml_loader import MERGE_TAG
 
 # Nodes whose names repeat, by the name that people use for them.
 SHORT_NODES = {
