@@ -24,7 +24,15 @@ from drake_navbench.inputs.descriptions.world import is_world, read_world
 from drake_navbench.inputs.descriptions.xacro_macro import lacking, robot_macro
 from drake_navbench.inputs.launch_files import LaunchFiles, read_launch_files
 from drake_navbench.inputs.move_base import is_of_move_base
-from drake_navbench.inputs.package_files import MAP, NAV2, ROBOT, WORLD, PackageFiles, is_mask
+from drake_navbench.inputs.package_files import (
+    MAP,
+    NAV2,
+    NODES,
+    ROBOT,
+    WORLD,
+    PackageFiles,
+    is_mask,
+)
 from drake_navbench.typed_files.input_file import read_head_text
 
 # At most so many models are read to find one that drives, and so many worlds to find one that is
@@ -37,6 +45,9 @@ MACROS = re.compile(r"<xacro:macro\b.*?</xacro:macro>|<!--.*?-->", re.DOTALL)
 BUILDS = re.compile(r"<link\b|<xacro:(?!arg|property|if|unless|macro)\w+")
 REMARKS = re.compile(r"(?:^|\s)#[^\n]*")
 NAV2_MARKS = re.compile(r"controller_server\b[\s\S]*ros__parameters|FollowPath")
+NODE = re.compile(
+    rf"^[ \t]*[\"']?(?:[\w*/]*/)?({'|'.join(sorted(NODES))})[\"']?[ \t]*:", re.MULTILINE
+)
 BASE_FRAME = re.compile(r"^[^#\n]*robot_base_frame\s*:\s*[\"']?/?([\w/]*\w)", re.MULTILINE)
 MAP_MARKS = re.compile(r"^\s*image\s*:\s*(\S+)", re.MULTILINE)
 # Words in names of files that are parts, or not the wanted file.
@@ -102,9 +113,13 @@ def find_package_files(roots: Sequence[Path]) -> PackageFiles:
 
     found[NAV2] = ranked(_is_nav2, nav2_rank)
     found[ROBOT] = _driving_first(found[ROBOT], roots, _base_frames(found[NAV2]), launches)
+    nodes = {file: _nav2_nodes(file) for file in ranked(_has_parameters, nav2_rank)}
     lacking_picture = tuple(file for file in files if _is_map(file, has_picture=False))
     of_move_base = tuple(file for file in files if is_of_move_base(file))
-    return PackageFiles(tuple(roots), found, launches, lacking_picture, of_move_base)
+    return PackageFiles(
+        *(tuple(roots), found, launches, lacking_picture, of_move_base),
+        nodes={file: given for file, given in nodes.items() if given},
+    )
 
 
 def _is_replaced(file: Path) -> bool:
@@ -265,11 +280,22 @@ def _includes(file: Path, part: Path) -> bool:
     return any(name.rpartition("/")[2] == part.name for name in named)
 
 
+def _has_parameters(file: Path) -> bool:
+    return file.suffix in (".yaml", ".yml") and "ros__parameters" in _without_remarks(file)
+
+
 def _is_nav2(file: Path) -> bool:
-    if file.suffix not in (".yaml", ".yml"):
-        return False
-    text = REMARKS.sub("", read_head_text(file))
-    return "ros__parameters" in text and NAV2_MARKS.search(text) is not None
+    return _has_parameters(file) and NAV2_MARKS.search(_without_remarks(file)) is not None
+
+
+def _nav2_nodes(file: Path) -> frozenset[str]:
+    """Returns the nodes of Nav2 to which a parameter file gives values; none for a replaced one."""
+    is_old = _is_replaced(file) or _is_in_copy_of_nav2(file)
+    return frozenset(() if is_old else NODE.findall(_without_remarks(file)))
+
+
+def _without_remarks(file: Path) -> str:
+    return REMARKS.sub("", read_head_text(file))
 
 
 def _lacks_nav2(file: Path) -> bool:

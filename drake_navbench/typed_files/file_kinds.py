@@ -38,6 +38,8 @@ def require_kind(data: Mapping[str, Any], expected: str, path: Path) -> None:
         found.append(NAV2)
     if found:
         wanted = f"{PRESET} or {NAV2}" if expected == PRESET else expected
+        if (expected, found[0]) == (SCENARIO, NAV2):
+            wanted += ", or --nav2 before each Nav2 file of several"
         raise InputError(f"{path}: is {found[0]}; expected {wanted}")
 
 

@@ -215,7 +215,7 @@ def test_a_default_name_is_what_differs_of_the_paths(paths, names):
 
 def test_a_patched_text_is_a_column_beside_the_original():
     text = patched(JAZZY.read_text(), {RADIUS: 0.4}, JAZZY)
-    files = [WholeFile("before", (JAZZY,)), WholeFile("after", (JAZZY,), text)]
+    files = [WholeFile("before", (JAZZY,)), WholeFile("after", (JAZZY,), {JAZZY: text})]
     columns = columns_of_files(files, "wheelchair")
     presets = [preset for column in columns for preset in column.presets]
     campaign = plan_campaign(["empty"], presets, trials=1)

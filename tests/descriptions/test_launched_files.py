@@ -211,3 +211,39 @@ def test_a_base_link_with_a_robot_s_prefix_is_the_base(tmp_path):
         '<child link="mast"/></joint>',
     )
     assert describe_robot(path).base == "robot1/base_link"
+
+
+COSTMAP = "local_costmap:\n  local_costmap:\n    ros__parameters: {robot_radius: 0.3}\n"
+PLANNER = "planner_server:\n  ros__parameters: {planner_plugins: [GridBased]}\n"
+CONTROLLER = NAV2.partition("local_costmap")[0]
+SMOOTHER = "velocity_smoother:\n  ros__parameters: {smoothing_frequency: 20.0}\n"
+
+
+@pytest.mark.parametrize(
+    ("launched", "others", "merged"),
+    [
+        # A launch file starts the servers with a file each; nobody starts the smoother.
+        (
+            "'nav2_params.yaml', 'costmap.yaml', 'planner.yaml'",
+            {"costmap.yaml": COSTMAP, "planner.yaml": PLANNER, "smoother.yaml": SMOOTHER},
+            ["costmap.yaml", "planner.yaml", "nav2_params.yaml"],
+        ),
+        # No launch file: the only ones beside it that have what it lacks.
+        (
+            "",
+            {"costmap.yaml": COSTMAP, "smac.yaml": PLANNER, "theta.yaml": PLANNER},
+            ["costmap.yaml", "nav2_params.yaml"],
+        ),
+        # Another whole file is no half.
+        ("'nav2_params.yaml', 'other.yaml'", {"other.yaml": NAV2 + PLANNER}, ["nav2_params.yaml"]),
+    ],
+)
+def test_a_nav2_file_in_several_parts_is_merged(repository, launched, others, merged):
+    (repository / "nav" / "nav.launch.py").write_text(launched)
+    for name, text in {"nav2_params.yaml": CONTROLLER, **others}.items():
+        (repository / "nav" / "config" / name).write_text(text)
+    found = find_package_files([repository])
+    taken = found.picked([])
+    assert [file.name for file in found.options(taken, "nav2")["nav2"]] == merged
+    told = [line for line in found.lines(taken) if "  *  + " in line]
+    assert [line.rpartition("/")[2].partition(":")[0] for line in told] == merged[:-1]

@@ -33,7 +33,7 @@ def _proposal(text: str, patient: Patient) -> Trial:
     try:
         value = yaml.load(value_text, Loader=RosLoader)
         place = _place(name, patient)
-        if patient.patched_text({place: value}) == patient.text:
+        if not patient.patched_texts({place: value}):
             raise InputError("the file has this value already")
         patient.require_read(place, value)
         patient.before_and_after({place: value})
