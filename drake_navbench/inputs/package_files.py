@@ -84,15 +84,18 @@ class PackageFiles:
     def halves(self, nav2: Path) -> dict[Path, frozenset[str]]:
         """Returns the files that bring nodes that a Nav2 file lacks, and these nodes, in order.
 
-        A launch file names them beside it; or they are the only ones in its folder that have a node
-        without which no robot navigates.
+        A launch file names them beside it. Where no launch file names the Nav2 file, they are the
+        only ones in its folder that have a node without which no robot navigates.
         """
         missing = NODES - self.nodes.get(nav2, NODES)
+        is_launched = self.launches.folders(nav2) >= 0
         others = {file: nodes for file, nodes in self.nodes.items() if CONTROLLERS not in nodes}
         found: dict[Path, frozenset[str]] = {}
         for file, nodes in others.items():
             brought = nodes & missing
-            if self.launches.started_with(nav2, [file]) is None:
+            if is_launched and self.launches.started_with(nav2, [file]) is None:
+                continue
+            if not is_launched:
                 beside = [n for f, n in others.items() if f != file and f.parent == nav2.parent]
                 brought &= NEEDED.difference(*beside) if file.parent == nav2.parent else set()
             if brought:

@@ -15,7 +15,7 @@ from drake_navbench.inputs.descriptions.body import (
     wheels_of,
 )
 from drake_navbench.inputs.descriptions.clearpath_robot import is_clearpath
-from drake_navbench.inputs.descriptions.gazebo_drive import has_drive, names_drive
+from drake_navbench.inputs.descriptions.gazebo_drive import has_drive, is_controlled, names_drive
 from drake_navbench.inputs.descriptions.gazebo_sensors import LIDARS
 from drake_navbench.inputs.descriptions.model import Model
 from drake_navbench.inputs.descriptions.model_source import MODEL_SUFFIXES, read_source
@@ -198,7 +198,7 @@ def _driving_first(
         if model is None:
             continue
         value = _value(model, frames)
-        drives = value[2] or len(wheel_joints(model, base_of(model))) >= 2
+        drives = value[2] or _has_wheels(model)
         is_more = best is None or value > most or (value == most and _includes(file, best))
         if drives and is_more:
             best, most = file, value
@@ -238,7 +238,12 @@ def _value(model: Model, frames: Set[str]) -> tuple[bool, bool, bool]:
     """Tells whether a model has a link of `frames`, a lidar, and a plugin that drives it."""
     links = {plain_name(name) for name in model.links}
     has_lidar = any(sensor.kind in LIDARS for sensor in model.sensors)
-    return not frames or not links.isdisjoint(frames), has_lidar, has_drive(model)
+    drives = has_drive(model) or (is_controlled(model) and _has_wheels(model))
+    return not frames or not links.isdisjoint(frames), has_lidar, drives
+
+
+def _has_wheels(model: Model) -> bool:
+    return len(wheel_joints(model, base_of(model))) >= 2
 
 
 def _wheel_places(model: Model) -> list[tuple[int, int]]:

@@ -234,6 +234,8 @@ SMOOTHER = "velocity_smoother:\n  ros__parameters: {smoothing_frequency: 20.0}\n
             {"costmap.yaml": COSTMAP, "smac.yaml": PLANNER, "theta.yaml": PLANNER},
             ["costmap.yaml", "nav2_params.yaml"],
         ),
+        # A launch file starts the Nav2 file, and not the other.
+        ("'nav2_params.yaml'", {"costmap.yaml": COSTMAP}, ["nav2_params.yaml"]),
         # Another whole file is no half.
         ("'nav2_params.yaml', 'other.yaml'", {"other.yaml": NAV2 + PLANNER}, ["nav2_params.yaml"]),
     ],
@@ -247,3 +249,25 @@ def test_a_nav2_file_in_several_parts_is_merged(repository, launched, others, me
     assert [file.name for file in found.options(taken, "nav2")["nav2"]] == merged
     told = [line for line in found.lines(taken) if "  *  + " in line]
     assert [line.rpartition("/")[2].partition(":")[0] for line in told] == merged[:-1]
+
+
+CONTROLLED = (
+    '<gazebo><plugin name="control" filename="libgazebo_ros2_control.so">'
+    "<parameters>control.yaml</parameters></plugin></gazebo>"
+)
+
+
+def test_a_launched_model_that_ros2_control_drives_gives_way_to_no_other(tmp_path):
+    """Although a model that nobody launches has a lidar and a plugin that drives."""
+    sides = (("left_wheel", 1), ("right_wheel", -1))
+    wheels = "".join(URDF_WHEEL.format(name=name, y=0.25 * side) for name, side in sides)
+    (tmp_path / "package.xml").write_text("<package><name>cart</name></package>")
+    (tmp_path / "urdf").mkdir()
+    urdf(tmp_path / "urdf", link(BOX) + wheels + CONTROLLED)
+    wheels = "".join(SDF_WHEEL.format(name=name, y=0.1 * side) for name, side in sides)
+    (tmp_path / "urdf" / "waffle.sdf").write_text(
+        f'<sdf version="1.6"><model name="waffle"><link name="base_link">{LIDAR}</link>'
+        f"{wheels}{DRIVE}</model></sdf>"
+    )
+    (tmp_path / "a.launch.py").write_text("'urdf', 'cart.urdf'")
+    assert picked(tmp_path, "robot") == "cart.urdf"
