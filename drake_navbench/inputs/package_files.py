@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import takewhile
 from pathlib import Path
 
 from drake_navbench.errors import InputError
@@ -89,7 +90,9 @@ class PackageFiles:
         """
         missing = NODES - self.nodes.get(nav2, NODES)
         is_launched = self.launches.folders(nav2) >= 0
-        others = {file: nodes for file, nodes in self.nodes.items() if CONTROLLERS not in nodes}
+        # Of files with one name, the launch file means the nearest.
+        near = sorted(self.nodes, key=lambda file: _shared_parts(file, nav2), reverse=True)
+        others = {file: self.nodes[file] for file in near if CONTROLLERS not in self.nodes[file]}
         found: dict[Path, frozenset[str]] = {}
         for file, nodes in others.items():
             brought = nodes & missing
@@ -238,6 +241,12 @@ class PackageFiles:
     def _short(self, file: Path) -> Path:
         root = next(root for root in self.roots if file.is_relative_to(root))
         return file.relative_to(root)
+
+
+def _shared_parts(file: Path, other: Path) -> int:
+    """Returns how many folders two files have in common from the root."""
+    pairs = zip(file.parent.parts, other.parent.parts, strict=False)
+    return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], pairs))
 
 
 def is_mask(file: Path) -> bool:

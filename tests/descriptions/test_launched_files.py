@@ -242,11 +242,17 @@ SMOOTHER = "velocity_smoother:\n  ros__parameters: {smoothing_frequency: 20.0}\n
 )
 def test_a_nav2_file_in_several_parts_is_merged(repository, launched, others, merged):
     (repository / "nav" / "nav.launch.py").write_text(launched)
+    # Another package's file of the same name, which comes first in the alphabet.
+    (repository / "arm" / "config").mkdir(parents=True)
+    (repository / "arm" / "config" / "costmap.yaml").write_text(COSTMAP)
     for name, text in {"nav2_params.yaml": CONTROLLER, **others}.items():
         (repository / "nav" / "config" / name).write_text(text)
     found = find_package_files([repository])
     taken = found.picked([])
-    assert [file.name for file in found.options(taken, "nav2")["nav2"]] == merged
+    files = found.options(taken, "nav2")["nav2"]
+    assert [file.relative_to(repository).as_posix() for file in files] == [
+        f"nav/config/{name}" for name in merged
+    ]
     told = [line for line in found.lines(taken) if "  *  + " in line]
     assert [line.rpartition("/")[2].partition(":")[0] for line in told] == merged[:-1]
 

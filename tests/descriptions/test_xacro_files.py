@@ -185,7 +185,7 @@ def test_an_argument_without_a_default_has_the_value_of_a_launch_file(tmp_path, 
 
 CHASSIS = (
     '<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="chassis" '
-    'default="short"/><xacro:arg name="sim" default="true"/>'
+    'default="short"/><xacro:arg name="sim" default="true"/><xacro:arg name="prefix" default=""/>'
     "<xacro:if value=\"${'$(arg chassis)' == 'long'}\"><link name=\"long\"/></xacro:if>"
     "<xacro:if value=\"${'$(arg chassis)' == 'short'}\"><link name=\"short\"/></xacro:if>"
     '<xacro:if value="$(arg sim)"><link name="simulated"/></xacro:if></robot>'
@@ -207,6 +207,7 @@ def test_launch_files_choose_the_branch_of_a_model(tmp_path, launched, taken):
     path.write_text(CHASSIS)
     for number, value in enumerate(launched):
         text = DECLARED.format(value) + "DeclareLaunchArgument('sim', default_value='false')"
+        text += "DeclareLaunchArgument('prefix', default_value='robot1_')"
         (tmp_path / f"{number}.launch.py").write_text(text)
     found = expand_xacro(path)
     assert f'<link name="{taken}"/>' in found.text

@@ -72,7 +72,7 @@ def _expanded_with(
                 for name, (value, launch) in chosen.items():
                     missing.told.append(
                         f"argument {name}: {value}, as in {launch.name}; "
-                        f"its own default is {arguments[name] or 'empty'}"
+                        f"its own default is {arguments[name]}"
                     )
                 launched |= {name: value for name, (value, _) in chosen.items()}
             except PackageNotFoundError as error:
@@ -102,11 +102,14 @@ def _expanded_with(
 def _chosen(
     arguments: _Arguments, given: Set[str], path: Path, packages: Packages
 ) -> dict[str, tuple[str, Path]]:
-    """Returns the values other than their defaults that launch files give arguments not `given`."""
+    """Returns the values other than their defaults that launch files give arguments not `given`.
+
+    None for an argument that is empty by default, such as a namespace.
+    """
     found = {
         name: chosen_value(name, path, packages)
         for name in sorted(arguments.declared - given)
-        if name in arguments and str(arguments[name]).lower() not in FLAGS
+        if name in arguments and str(arguments[name]).lower() not in {"", *FLAGS}
     }
     return {name: told for name, told in found.items() if told and told[0] != arguments[name]}
 
