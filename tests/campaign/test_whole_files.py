@@ -185,6 +185,14 @@ def _status(arguments):
         return ended.code
 
 
+def test_a_nav2_file_without_an_option_is_no_scenario_for_check_either(files, capsys):
+    """Somebody who gives the parts of a Nav2 file after one --nav2 would miss all but the first."""
+    files({})
+    assert main(["--nav2", "a.yaml", "b.yaml", "--check"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "b.yaml: is a Nav2 parameter file; expected a scenario file, or --nav2 before" in line
+
+
 def test_against_wants_a_file_of_nav2(files, capsys):
     files({})
     assert main(["empty", "--against", "b.yaml"]) == 2
