@@ -90,7 +90,7 @@ class PackageFiles:
         """
         missing = NODES - self.nodes.get(nav2, NODES)
         is_launched = self.launches.folders(nav2) >= 0
-        # Of files with one name, the launch file means the nearest.
+        # A launch file means the nearest of several files with one name.
         near = sorted(self.nodes, key=lambda file: _shared_parts(file, nav2), reverse=True)
         others = {file: self.nodes[file] for file in near if CONTROLLERS not in self.nodes[file]}
         found: dict[Path, frozenset[str]] = {}
@@ -244,7 +244,7 @@ class PackageFiles:
 
 
 def _shared_parts(file: Path, other: Path) -> int:
-    """Returns how many folders two files have in common from the root."""
+    """Returns the number of folders that two files have in common from the root."""
     pairs = zip(file.parent.parts, other.parent.parts, strict=False)
     return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], pairs))
 

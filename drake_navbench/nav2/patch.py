@@ -99,7 +99,7 @@ def _holder(texts: Mapping[Path, str], place: Place) -> Path:
 
 
 def _shared(name: Sequence[str], other: Sequence[str]) -> int:
-    """Returns how many parts two dotted names have in common from the beginning."""
+    """Returns the number of parts that two dotted names have in common from the beginning."""
     pairs = zip(name, other, strict=False)
     return next((i for i, (a, b) in enumerate(pairs) if a != b), min(len(name), len(other)))
 

@@ -159,7 +159,7 @@ def _places(grid: OccupancyMap, robots: Sequence[Robot]) -> _Places:
 
 
 def _reach(robot: Robot) -> float:
-    """Returns how far a robot's outline or its body reaches from the base frame's origin, m."""
+    """Returns the largest distance of outline and body from the base frame's origin, m."""
     return max(robot.radii[1], float(np.linalg.norm(robot.outline, axis=1).max()))
 
 
