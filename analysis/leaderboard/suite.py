@@ -14,7 +14,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
 from pydantic import Field, model_validator
 
 from drake_navbench.errors import CannotBeWritten, InputError
@@ -26,6 +25,7 @@ from drake_navbench.typed_files.typed_yaml import (
     read_yaml,
     validate,
 )
+from drake_navbench.typed_files.yaml_loader import dump_yaml
 
 # The largest seed of a run, as `--seed` takes it.
 MAX_SEED = 2**64 - 1
@@ -140,7 +140,7 @@ def seal(path: Path, secret_path: Path, *, count: int) -> Sealed:
 
     def write(unfinished: Path) -> None:
         unfinished.touch(mode=SECRET_MODE)
-        unfinished.write_text(yaml.safe_dump(secret.model_dump(mode="json")), encoding="utf-8")
+        unfinished.write_text(dump_yaml(secret.model_dump(mode="json")), encoding="utf-8")
 
     write_whole(secret_path, write)
     try:
@@ -183,7 +183,7 @@ def _require_sealed(suite: Suite, secret: Secret, source: str) -> None:
 
 def _with_section(path: Path, name: str, values: Mapping[str, Any]) -> str:
     """Returns the text of a suite's file with one more section; the rest stays unchanged."""
-    section = yaml.safe_dump({name: values}, sort_keys=False)
+    section = dump_yaml({name: values}, sort_keys=False)
     text = f"{read_text(path).rstrip()}\n{section}"
     try:
         validate(Suite, parse_yaml(text, str(path)), str(path))

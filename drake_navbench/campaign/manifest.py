@@ -9,7 +9,6 @@ from hashlib import sha256
 from importlib.metadata import version
 from typing import Any
 
-import yaml
 from pydantic import ConfigDict
 
 from drake_navbench.campaign.campaign import Campaign
@@ -24,6 +23,7 @@ from drake_navbench.processes.version import __version__
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.typed_files.output_file import write_text
 from drake_navbench.typed_files.typed_yaml import FrozenModel
+from drake_navbench.typed_files.yaml_loader import dump_yaml
 
 PACKAGES_IN_MANIFEST = ("drake", "numba", "numpy", "pandas", "pyarrow", "scipy")
 
@@ -193,7 +193,7 @@ def _inputs(campaign: Campaign) -> dict[str, str]:
 
 
 def _dump(data: dict[str, Any]) -> str:
-    return yaml.safe_dump(data, sort_keys=False)
+    return dump_yaml(data, sort_keys=False)
 
 
 def _hashes(inputs: dict[str, str]) -> dict[str, str]:

@@ -54,7 +54,8 @@ def with_package(
         left_out += unread
     values = vars(arguments) | found.options(taken, nav2="nav2")
     values["packages"] = [*arguments.packages, *arguments.package]
-    values["found_nav2"] = {} if taken[NAV2] is None else {taken[NAV2]: len(found.files[NAV2])}
+    own = [] if taken[NAV2] is None else values["nav2"]
+    values["found_nav2"] = dict.fromkeys(own, len(found.files[NAV2]))
     if taken[WORLD] is not None:
         values["scenarios"] = [str(taken[WORLD])]
     found.require_robot(values["robot"], default_robot)

@@ -24,7 +24,8 @@ from drake_navbench.nav2.substitutions import NAME
 from drake_navbench.nav2.whole_files import FileColumns
 from drake_navbench.trial.column_controller import check_controller
 from drake_navbench.typed_files.assignments import assignments
-from drake_navbench.typed_files.typed_yaml import validate
+from drake_navbench.typed_files.file_kinds import SCENARIO, require_kind
+from drake_navbench.typed_files.typed_yaml import read_yaml, validate
 
 COMMAND_LINE = "command line"
 # Fields of the request that have the name of their option.
@@ -193,6 +194,9 @@ def print_check(
     """
     if not (arguments.nav2 or is_model(arguments.robot)):
         raise InputError("--check: expected a Nav2 file by --nav2, or a model by --robot")
+    for path in map(Path, arguments.scenarios):
+        if path.suffix in (".yaml", ".yml"):
+            require_kind(read_yaml(path), SCENARIO, path)
     request = request_from_arguments(arguments)
     described = request.described_robot()
     if described is not None:

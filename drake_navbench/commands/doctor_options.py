@@ -68,7 +68,8 @@ def _add_file(parser: argparse.ArgumentParser) -> None:
     option = Options(parser)
     option(
         "files",
-        "whole Nav2 file; files are merged, later ones override, and the last one is patched",
+        "whole Nav2 file, or its parts: files are merged, later ones override; a change is made in "
+        "the file that has the parameter",
         Path,
         nargs="*",
         metavar="FILE",

@@ -75,11 +75,11 @@ def _import(arguments: argparse.Namespace) -> None:
 
 def scenario_file(scenario: Scenario) -> str:
     """Returns a scenario as the text of a scenario file."""
-    import yaml
+    from drake_navbench.typed_files.yaml_loader import dump_yaml
 
     data = scenario.model_dump(mode="json", exclude_unset=True)
     data.pop("name", None)
-    return yaml.safe_dump(
+    return dump_yaml(
         {name: value for name, value in data.items() if value is not None}, sort_keys=False
     )
 

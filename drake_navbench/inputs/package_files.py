@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import takewhile
 from pathlib import Path
 
 from drake_navbench.errors import InputError
@@ -20,6 +21,15 @@ MAX_NAMED = 3
 # Names of files that tell nothing of which robot it is.
 ANY_ROBOT = ("robot", "model", "base", "main")
 MASKS = re.compile(r"keepout|speed|limit|mask|filter")
+CONTROLLERS = "controller_server"
+# The nodes without which no robot navigates, and those that a Nav2 file may leave out.
+NEEDED = frozenset(
+    {"planner_server", "local_costmap", "global_costmap", "behavior_server", "bt_navigator"}
+)
+NODES = NEEDED | {
+    *(CONTROLLERS, "smoother_server", "velocity_smoother", "collision_monitor"),
+    "waypoint_follower",
+}
 
 
 @dataclass(frozen=True)
@@ -27,7 +37,8 @@ class PackageFiles:
     """files: of each kind, the likeliest first. roots: the folders that were looked through.
 
     launches: their launch files. without_picture: map files that name a picture that is not there.
-    of_move_base: parameter files of ROS 1, which are not read.
+    of_move_base: parameter files of ROS 1, which are not read. nodes: of Nav2 that a parameter file
+    has, by file, the likeliest file first.
     """
 
     roots: tuple[Path, ...]
@@ -35,6 +46,7 @@ class PackageFiles:
     launches: LaunchFiles = field(default_factory=LaunchFiles)
     without_picture: tuple[Path, ...] = ()
     of_move_base: tuple[Path, ...] = ()
+    nodes: Mapping[Path, frozenset[str]] = field(default_factory=dict)
 
     def chosen(self, kind: str, pick: int | None) -> Path | None:
         """Returns a kind's file by its number in the list, counted from 1; None without one.
@@ -69,6 +81,30 @@ class PackageFiles:
         words = self._words(robot) - {word for file in others for word in self._words(file)}
         own = [together[0]] if together else [*found]
         return max(own, key=lambda file: len(words & self._words(file)))
+
+    def halves(self, nav2: Path) -> dict[Path, frozenset[str]]:
+        """Returns the files that bring nodes that a Nav2 file lacks, and these nodes, in order.
+
+        A launch file names them beside it. Where no launch file names the Nav2 file, they are the
+        only ones in its folder that have a node without which no robot navigates.
+        """
+        missing = NODES - self.nodes.get(nav2, NODES)
+        is_launched = self.launches.folders(nav2) >= 0
+        # A launch file means the nearest of several files with one name.
+        near = sorted(self.nodes, key=lambda file: _shared_parts(file, nav2), reverse=True)
+        others = {file: self.nodes[file] for file in near if CONTROLLERS not in self.nodes[file]}
+        found: dict[Path, frozenset[str]] = {}
+        for file, nodes in others.items():
+            brought = nodes & missing
+            if is_launched and self.launches.started_with(nav2, [file]) is None:
+                continue
+            if not is_launched:
+                beside = [n for f, n in others.items() if f != file and f.parent == nav2.parent]
+                brought &= NEEDED.difference(*beside) if file.parent == nav2.parent else set()
+            if brought:
+                found[file] = brought
+                missing -= brought
+        return found
 
     def not_of_others(self, kind: str, robot: Path | None) -> list[Path]:
         """Returns the files of a kind but those that are another robot's, by the names in paths."""
@@ -128,7 +164,9 @@ class PackageFiles:
         robot, map_file, nav2_file = picked[ROBOT], picked[MAP], picked[NAV2]
         values: dict[str, object] = {} if robot is None else {"robot": str(robot)}
         values |= {} if map_file is None else {"map": map_file}
-        return values | ({} if nav2_file is None else {nav2: [nav2_file]})
+        if nav2_file is not None:
+            values[nav2] = [*self.halves(nav2_file), nav2_file]
+        return values
 
     def require_robot(self, robot: str, default: str) -> None:
         """Raises InputError if `robot` is the command line's default: no robot was found."""
@@ -158,10 +196,19 @@ class PackageFiles:
                     continue
                 how = self._launched(file, kind, picked) if mark == "*" else ""
                 told.append(f"  {mark} {number:2} {self._short(file)}{how}")
+                if kind == NAV2 and mark == "*":
+                    told += self._halves_told(file)
             is_beyond = picked[kind] in found[MAX_LISTED:]
             if len(found) > MAX_LISTED + is_beyond:
                 told.append(f"       and {len(found) - MAX_LISTED - is_beyond} more")
         return told
+
+    def _halves_told(self, nav2: Path) -> list[str]:
+        """Returns a line on each file that is merged with a Nav2 file, which overrides it."""
+        return [
+            f"  *  + {self._short(file)}: {', '.join(sorted(nodes))}"
+            for file, nodes in self.halves(nav2).items()
+        ]
 
     def _launched(self, file: Path, kind: str, picked: Mapping[str, Path | None]) -> str:
         together = self._started_with(picked, kind) if kind in (MAP, WORLD) else None
@@ -194,6 +241,12 @@ class PackageFiles:
     def _short(self, file: Path) -> Path:
         root = next(root for root in self.roots if file.is_relative_to(root))
         return file.relative_to(root)
+
+
+def _shared_parts(file: Path, other: Path) -> int:
+    """Returns the number of folders that two files have in common from the root."""
+    pairs = zip(file.parent.parts, other.parent.parts, strict=False)
+    return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], pairs))
 
 
 def is_mask(file: Path) -> bool:

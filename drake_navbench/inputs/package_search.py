@@ -15,7 +15,7 @@ from drake_navbench.inputs.descriptions.body import (
     wheels_of,
 )
 from drake_navbench.inputs.descriptions.clearpath_robot import is_clearpath
-from drake_navbench.inputs.descriptions.gazebo_drive import has_drive, names_drive
+from drake_navbench.inputs.descriptions.gazebo_drive import has_drive, is_controlled, names_drive
 from drake_navbench.inputs.descriptions.gazebo_sensors import LIDARS
 from drake_navbench.inputs.descriptions.model import Model
 from drake_navbench.inputs.descriptions.model_source import MODEL_SUFFIXES, read_source
@@ -24,7 +24,15 @@ from drake_navbench.inputs.descriptions.world import is_world, read_world
 from drake_navbench.inputs.descriptions.xacro_macro import lacking, robot_macro
 from drake_navbench.inputs.launch_files import LaunchFiles, read_launch_files
 from drake_navbench.inputs.move_base import is_of_move_base
-from drake_navbench.inputs.package_files import MAP, NAV2, ROBOT, WORLD, PackageFiles, is_mask
+from drake_navbench.inputs.package_files import (
+    MAP,
+    NAV2,
+    NODES,
+    ROBOT,
+    WORLD,
+    PackageFiles,
+    is_mask,
+)
 from drake_navbench.typed_files.input_file import read_head_text
 
 # At most so many models are read to find one that drives, and so many worlds to find one that is
@@ -37,6 +45,9 @@ MACROS = re.compile(r"<xacro:macro\b.*?</xacro:macro>|<!--.*?-->", re.DOTALL)
 BUILDS = re.compile(r"<link\b|<xacro:(?!arg|property|if|unless|macro)\w+")
 REMARKS = re.compile(r"(?:^|\s)#[^\n]*")
 NAV2_MARKS = re.compile(r"controller_server\b[\s\S]*ros__parameters|FollowPath")
+NODE = re.compile(
+    rf"^[ \t]*[\"']?(?:[\w*/]*/)?({'|'.join(sorted(NODES))})[\"']?[ \t]*:", re.MULTILINE
+)
 BASE_FRAME = re.compile(r"^[^#\n]*robot_base_frame\s*:\s*[\"']?/?([\w/]*\w)", re.MULTILINE)
 MAP_MARKS = re.compile(r"^\s*image\s*:\s*(\S+)", re.MULTILINE)
 # Words in names of files that are parts, or not the wanted file.
@@ -102,9 +113,13 @@ def find_package_files(roots: Sequence[Path]) -> PackageFiles:
 
     found[NAV2] = ranked(_is_nav2, nav2_rank)
     found[ROBOT] = _driving_first(found[ROBOT], roots, _base_frames(found[NAV2]), launches)
+    nodes = {file: _nav2_nodes(file) for file in ranked(_has_parameters, nav2_rank)}
     lacking_picture = tuple(file for file in files if _is_map(file, has_picture=False))
     of_move_base = tuple(file for file in files if is_of_move_base(file))
-    return PackageFiles(tuple(roots), found, launches, lacking_picture, of_move_base)
+    return PackageFiles(
+        *(tuple(roots), found, launches, lacking_picture, of_move_base),
+        nodes={file: given for file, given in nodes.items() if given},
+    )
 
 
 def _is_replaced(file: Path) -> bool:
@@ -183,7 +198,7 @@ def _driving_first(
         if model is None:
             continue
         value = _value(model, frames)
-        drives = value[2] or len(wheel_joints(model, base_of(model))) >= 2
+        drives = value[2] or _has_wheels(model)
         is_more = best is None or value > most or (value == most and _includes(file, best))
         if drives and is_more:
             best, most = file, value
@@ -223,7 +238,12 @@ def _value(model: Model, frames: Set[str]) -> tuple[bool, bool, bool]:
     """Tells whether a model has a link of `frames`, a lidar, and a plugin that drives it."""
     links = {plain_name(name) for name in model.links}
     has_lidar = any(sensor.kind in LIDARS for sensor in model.sensors)
-    return not frames or not links.isdisjoint(frames), has_lidar, has_drive(model)
+    drives = has_drive(model) or (is_controlled(model) and _has_wheels(model))
+    return not frames or not links.isdisjoint(frames), has_lidar, drives
+
+
+def _has_wheels(model: Model) -> bool:
+    return len(wheel_joints(model, base_of(model))) >= 2
 
 
 def _wheel_places(model: Model) -> list[tuple[int, int]]:
@@ -265,11 +285,22 @@ def _includes(file: Path, part: Path) -> bool:
     return any(name.rpartition("/")[2] == part.name for name in named)
 
 
+def _has_parameters(file: Path) -> bool:
+    return file.suffix in (".yaml", ".yml") and "ros__parameters" in _without_remarks(file)
+
+
 def _is_nav2(file: Path) -> bool:
-    if file.suffix not in (".yaml", ".yml"):
-        return False
-    text = REMARKS.sub("", read_head_text(file))
-    return "ros__parameters" in text and NAV2_MARKS.search(text) is not None
+    return _has_parameters(file) and NAV2_MARKS.search(_without_remarks(file)) is not None
+
+
+def _nav2_nodes(file: Path) -> frozenset[str]:
+    """Returns the nodes of Nav2 to which a parameter file gives values; none for a replaced one."""
+    is_old = _is_replaced(file) or _is_in_copy_of_nav2(file)
+    return frozenset(() if is_old else NODE.findall(_without_remarks(file)))
+
+
+def _without_remarks(file: Path) -> str:
+    return REMARKS.sub("", read_head_text(file))
 
 
 def _lacks_nav2(file: Path) -> bool:

@@ -8,7 +8,6 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import yaml
 from pydantic import Field
 
 from drake_navbench.controller import CONTROLLERS, Controller, ControllerParameters
@@ -28,6 +27,7 @@ from drake_navbench.typed_files.dotted_names import flattened, nested
 from drake_navbench.typed_files.file_kinds import PRESET, require_kind
 from drake_navbench.typed_files.input_file import file_digest
 from drake_navbench.typed_files.typed_yaml import FrozenModel, parse_yaml, read_yaml, validate
+from drake_navbench.typed_files.yaml_loader import dump_yaml
 
 # The columns of the default benchmark; other presets run only when named.
 DEFAULT_PRESETS = ("dwb", "rpp", "teb", "teb_upstream", "mppi", "mppi_nav2")
@@ -336,7 +336,7 @@ def as_yaml(preset: Preset) -> str:
     Parameters that were not given have the defaults of the column's release in the text, as a
     reader takes all parameters for given.
     """
-    return yaml.safe_dump(
+    return dump_yaml(
         {
             "controller": preset.controller,
             "description": preset.description,

@@ -6,6 +6,7 @@ parameters that no plugin declares. Every other parameter reaches the controller
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -183,7 +184,7 @@ def plugin_preset(server: Node, plugin: str, release: str | None = None) -> Pres
     used = _known_values(model, offered, source)
     known = {name for name, _ in flattened(used)}
     namespace = server.name.removesuffix(SERVER).strip("/")
-    return Preset(
+    preset = Preset(
         "/".join(filter(None, (server.file.stem, namespace, plugin))),
         controller,
         f"{plugin_type} from {server.file.name}",
@@ -196,7 +197,27 @@ def plugin_preset(server: Node, plugin: str, release: str | None = None) -> Pres
         ),
         path_handler={field: given[name] for name, field in fields.items()},
         nav2_plugin=Nav2Plugin(plugin_type, given),
-    ).checked()
+    )
+    try:
+        return preset.checked()
+    except InputError as error:
+        lines = (_at_its_line(line, server, plugin) for line in str(error).splitlines())
+        raise InputError("\n".join(lines)) from error
+
+
+def _at_its_line(fault: str, server: Node, plugin: str) -> str:
+    """Returns a fault of a plugin's values with the line of the parameter that it names first.
+
+    fault: 'FILE, line N: NODE.ros__parameters.FollowPath: FIELD: ...', with the plugin's line.
+    """
+    source = server.where(plugin)
+    told = fault.removeprefix(f"{source}: ")
+    named = (server.parameters.get(f"{plugin}.{word}") for word in re.findall(r"[\w.]*\w", told))
+    found = next(filter(None, named), None)
+    if found is None or told == fault:
+        return fault
+    place = source.partition(f": {server.name.lstrip('/')}.")[2]
+    return f"{found.file}, line {found.line}: {server.name.lstrip('/')}.{place}: {told}"
 
 
 def plugin_type_of(server: Node, plugin: str) -> str:

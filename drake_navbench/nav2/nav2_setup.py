@@ -6,14 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-import yaml
-
 from drake_navbench.controller import AskedSpeeds
 from drake_navbench.inputs.check import Check
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.nav2.controllers import SERVER, NoCounterpart
 from drake_navbench.nav2.node_reader import Offer
+from drake_navbench.typed_files.yaml_loader import dump_yaml
 
 
 @dataclass(frozen=True)
@@ -77,4 +76,4 @@ class Nav2Setup:
         data.pop("directory", None)
         if self.robot.model_path is not None:
             data["model"] = str(self.robot.model_path)
-        return yaml.safe_dump(data, sort_keys=False)
+        return dump_yaml(data, sort_keys=False)

@@ -17,15 +17,16 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import lru_cache
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import yaml
 
 from drake_navbench.errors import InputError
+from drake_navbench.typed_files.ros_yaml import RosLoader
 from drake_navbench.typed_files.typed_yaml import read_text, yaml_fault
-from drake_navbench.typed_files.yaml_loader import MergesByDefinition, made, require_limits
+from drake_navbench.typed_files.yaml_loader import MERGE_TAG, require_limits
 
 LAUNCH_SUFFIXES = (".py", ".xml", ".launch")
 PARAMETERS_KEY = "ros__parameters"
@@ -35,7 +36,6 @@ MISSPELT_KEY = re.compile(r"_*ros_*param(?:eter)?s?_*", re.IGNORECASE)
 NODES = ("controller_server", "planner_server", "behavior_server", "bt_navigator")
 # A patch, a check and a trial of the doctor each read the same few texts several times.
 TEXTS_REMEMBERED = 16
-MERGE_TAG = "tag:yaml.org,2002:merge"
 # The wildcards in a node's name -> the patterns that they stand for.
 WILDCARDS = {"/**": "(/[^/]+)*", "/*": "/[^/]+"}
 
@@ -175,33 +175,6 @@ def _node(name: str, sections: list[Section]) -> Node:
     for section in sections:
         parameters |= section.parameters
     return Node(name, sections[-1].file, parameters)
-
-
-class RosLoader(MergesByDefinition, yaml.SafeLoader):
-    """PyYAML's loader with the scalars of rcl_yaml_param_parser.
-
-    So `y` is true and `1e-3` a number; `1:30`, `2024-01-01` and `null` are text.
-    """
-
-    bool_values: ClassVar[dict[str, bool]] = {**yaml.SafeLoader.bool_values, "y": True, "n": False}
-    # PyYAML's own table belongs to the class, too; its stubs say otherwise.
-    yaml_implicit_resolvers: ClassVar[dict[str | None, list[Any]]] = {}  # type: ignore[misc]
-
-    def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
-        return made(partial(super().construct_object, node, deep), node)
-
-
-_FLOAT = r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)"
-for _tag, _pattern in {
-    "merge": "<<",
-    "null": "",
-    "bool": "[yYnN]|yes|Yes|YES|no|No|NO|true|True|TRUE|false|False|FALSE|on|On|ON|off|Off|OFF",
-    "int": "[-+]?(0|[1-9][0-9]*|0[0-7]+|0x[0-9a-fA-F]+)",
-    "float": _FLOAT,
-}.items():
-    RosLoader.add_implicit_resolver(
-        f"tag:yaml.org,2002:{_tag}", re.compile(f"(?:{_pattern})$"), [None]
-    )
 
 
 class _Reader:

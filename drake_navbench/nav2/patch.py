@@ -7,7 +7,7 @@ nothing else may have changed, as it would where several nodes share a value by 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -15,15 +15,15 @@ import yaml
 
 from drake_navbench.errors import InputError
 from drake_navbench.nav2.parameters import (
-    MERGE_TAG,
     PARAMETERS_KEY,
     Parameter,
-    RosLoader,
     Section,
     nodes_called,
     read_parameter_text,
 )
 from drake_navbench.nav2.yaml_text import added, block_text, replaced
+from drake_navbench.typed_files.ros_yaml import RosLoader
+from drake_navbench.typed_files.yaml_loader import MERGE_TAG
 
 # Nodes whose names repeat, by the name that people use for them.
 SHORT_NODES = {
@@ -65,6 +65,43 @@ def patched(text: str, changes: Mapping[Place | str, Any], path: Path) -> str:
     for place, value in changes.items():
         text = _set(text, place_of(place) if isinstance(place, str) else place, value, path)
     return text
+
+
+def patched_files(texts: Mapping[Path, str], changes: Mapping[Place, Any]) -> dict[Path, str]:
+    """Returns the new texts of the files, of several that are merged, that a change alters.
+
+    texts: by path, in their order: later ones override. A parameter is set in the last file that
+    gives it to its node, else in the last one with the most of its blocks, such as FollowPath.
+    Raises InputError as `patched` does.
+    """
+    now = dict(texts)
+    for place, value in changes.items():
+        path = _holder(now, place)
+        now[path] = _set(now[path], place, value, path)
+    return {path: text for path, text in now.items() if text != texts[path]}
+
+
+def _holder(texts: Mapping[Path, str], place: Place) -> Path:
+    """Returns the file in which a parameter is set; the last one where none has its node."""
+    *_, best = texts
+    most = 0
+    blocks = place.name.split(".")
+    for path, text in texts.items():
+        try:
+            names = _resolved(read_parameter_text(text, path).sections, place, path)
+        except InputError:
+            continue
+        shared = (_shared(name.split("."), blocks) for name in names)
+        depth = 1 + max(shared, default=0)
+        if depth >= most:
+            best, most = path, depth
+    return best
+
+
+def _shared(name: Sequence[str], other: Sequence[str]) -> int:
+    """Returns the number of parts that two dotted names have in common from the beginning."""
+    pairs = zip(name, other, strict=False)
+    return next((i for i, (a, b) in enumerate(pairs) if a != b), min(len(name), len(other)))
 
 
 def _set(text: str, place: Place, value: Any, path: Path) -> str:

@@ -10,6 +10,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from drake_navbench.errors import InputError
@@ -27,13 +28,13 @@ class WholeFile(NamedTuple):
     """A Nav2 file, or several that are merged, later ones overriding.
 
     name: beginning of its columns' names; '' for names as of a single file,
-    `nav2_params/FollowPath`. text: replaces the content of the last path, such as by a patched one;
-    None: the file's own.
+    `nav2_params/FollowPath`. texts: replace the contents of some of the paths, such as by patched
+    ones.
     """
 
     name: str
     paths: tuple[Path, ...]
-    text: str | None = None
+    texts: Mapping[Path, str] = MappingProxyType({})
 
     @property
     def told(self) -> str:
@@ -124,7 +125,7 @@ def columns_of_files(
 
         text = patched(path.read_text(), {"local_costmap.inflation_layer.inflation_radius": 0.7},
                        path)
-        files = [WholeFile("before", (path,)), WholeFile("after", (path,), text)]
+        files = [WholeFile("before", (path,)), WholeFile("after", (path,), {path: text})]
         columns = columns_of_files(files, "turtlebot4")
         presets = [preset for column in columns for preset in column.presets]
         campaign = plan_campaign(scenarios, presets, trials=8)
@@ -138,12 +139,7 @@ def columns_of_files(
     _require_different_names(files)
     substitutions = Substitutions(values or {})
 
-    read = [
-        read_sections(
-            file.paths, substitutions, {} if file.text is None else {file.paths[-1]: file.text}
-        )
-        for file in files
-    ]
+    read = [read_sections(file.paths, substitutions, file.texts) for file in files]
     substitutions.require_all_used(other_names)
     make = partial(setup_of, base=base, base_name=robot, release=release)
     alone = [make(entry) for entry in read]

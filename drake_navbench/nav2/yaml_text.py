@@ -11,7 +11,7 @@ from typing import Any
 
 import yaml
 
-from drake_navbench.nav2.parameters import RosLoader
+from drake_navbench.typed_files.ros_yaml import RosLoader
 
 INDENT = 2
 ALIAS = re.compile(r"\s*:\s*(\*[^\s,\]}]+)")

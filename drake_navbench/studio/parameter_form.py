@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
-import yaml
 from bokeh.models import Checkbox, Column, NumericInput, Row, Select, Slider, TextInput
 from markupsafe import Markup
 
@@ -15,6 +14,7 @@ from drake_navbench.studio import style
 from drake_navbench.studio.parameter_fields import ParameterField
 from drake_navbench.studio.style import html, styled
 from drake_navbench.typed_files.typed_yaml import parse_yaml
+from drake_navbench.typed_files.yaml_loader import dump_yaml
 
 # At most this many fields are shown at once; the search finds the others.
 MAX_SHOWN = 25
@@ -151,7 +151,7 @@ def _value_text(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:g}"
     if isinstance(value, list):
-        return yaml.safe_dump(value, default_flow_style=True, width=100_000).strip()
+        return dump_yaml(value, default_flow_style=True, width=100_000).strip()
     return (
         "none" if value is None else str(value).lower() if isinstance(value, bool) else str(value)
     )

@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
-import yaml
 from bokeh.document import Document
 from bokeh.models import Button, Column, Row, Select, TextInput
 from markupsafe import Markup
@@ -27,6 +26,7 @@ from drake_navbench.studio.scene_items import Item, item_at, items_of
 from drake_navbench.studio.style import WIDE, every, fill, html, lines, styled
 from drake_navbench.studio.tool_box import ToolBox
 from drake_navbench.typed_files.typed_yaml import parse_yaml
+from drake_navbench.typed_files.yaml_loader import dump_yaml
 
 FREE = "The start is free, the goal can be reached, the robot fits through every gap."
 CHOOSE, FLOOR = ("", "open or begin ..."), ("new", "new: empty floor")
@@ -330,5 +330,5 @@ class ScenarioPage(Page):
 def _line_of(content: Any, picked: Item) -> str:
     """Returns a thing as YAML on one line."""
     value = entry_at(content, picked.place)
-    text = yaml.safe_dump(value, default_flow_style=True, width=100_000, sort_keys=False)
+    text = dump_yaml(value, default_flow_style=True, width=100_000, sort_keys=False)
     return text.strip()

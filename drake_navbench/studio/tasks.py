@@ -219,7 +219,7 @@ def _plugin_of(columns: FileColumns, column: Column) -> Preset:
 
 
 def _columns(file: str, text: str, robot: str) -> FileColumns:
-    whole = WholeFile("", (Path(file),), text)
+    whole = WholeFile("", (Path(file),), {Path(file): text})
     (columns,) = require_columns(columns_of_files([whole], robot, base=load_robot(robot)))
     if not columns.presets:
         raise InputError(f"{file}: no {SERVER} with controller_plugins")

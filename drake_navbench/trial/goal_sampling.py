@@ -1,9 +1,10 @@
 """Draws tasks on a map: starts and goals that a robot can stand on, and get from one to the other.
 
 A cell is passable where the robot's centre is farther from occupied or unknown cells than its
-inscribed radius, as costmaps inflate; starts and goals keep the circumscribed radius, so that any
-heading is free. Both of a pair lie in one connected region of passable cells. Cells that the map's
-saver left unknown are unknown here, whatever the map's thresholds make of them.
+inscribed radius, as costmaps inflate; starts and goals keep the circumscribed radius of outline and
+body, so that any heading is free. Both of a pair lie in one connected region of passable cells.
+Cells that the map's saver left unknown are unknown here, whatever the map's thresholds make of
+them.
 """
 
 from __future__ import annotations
@@ -139,7 +140,7 @@ def _drawn_pairs(
         if pair is None:
             raise InputError(
                 f"--goals {count}: {file}: no two places with "
-                f"{2.0 * max(r.radii[1] for r in robots):.2g} m of free floor for the robot "
+                f"{2.0 * max(map(_reach, robots)):.2g} m of free floor for the robot "
                 f"that are {MIN_DISTANCE_M:g} m apart and connected"
                 f"{'' if start is None else f', one of them --start {list(start)}'}; "
                 "expected a map with room for it"
@@ -149,14 +150,17 @@ def _drawn_pairs(
 
 
 def _places(grid: OccupancyMap, robots: Sequence[Robot]) -> _Places:
-    inscribed, circumscribed = (
-        max(radii) for radii in zip(*(r.radii for r in robots), strict=True)
-    )
+    inscribed, circumscribed = max(r.radii[0] for r in robots), max(map(_reach, robots))
     # The floor beyond the map is not known: its border counts as blocked.
     blocked = np.pad(grid.occupancy != 0, 1, constant_values=True)
     clearance = ndimage.distance_transform_edt(~blocked)[1:-1, 1:-1] * grid.resolution
     regions, _ = ndimage.label(clearance > inscribed, structure=EIGHT_NEIGHBOURS)
     return _Places(grid, regions, np.flatnonzero(clearance > circumscribed + grid.resolution))
+
+
+def _reach(robot: Robot) -> float:
+    """Returns the largest distance of outline and body from the base frame's origin, m."""
+    return max(robot.radii[1], float(np.linalg.norm(robot.outline, axis=1).max()))
 
 
 def _drawn_pair(

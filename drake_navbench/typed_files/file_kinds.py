@@ -38,8 +38,12 @@ def require_kind(data: Mapping[str, Any], expected: str, path: Path) -> None:
         found.append(NAV2)
     if found:
         wanted = f"{PRESET} or {NAV2}" if expected == PRESET else expected
+        if (expected, found[0]) == (SCENARIO, NAV2):
+            wanted += ", or --nav2 before each Nav2 file of several"
         raise InputError(f"{path}: is {found[0]}; expected {wanted}")
 
 
 def _is_nav2(data: Mapping[str, Any]) -> bool:
-    return any(isinstance(value, Mapping) and NAV2_SIGN in value for value in data.values())
+    """Tells whether a node has parameters, below its namespaces: local_costmap.local_costmap."""
+    blocks = [value for value in data.values() if isinstance(value, Mapping)]
+    return any(NAV2_SIGN in block or _is_nav2(block) for block in blocks)

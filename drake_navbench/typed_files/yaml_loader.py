@@ -1,4 +1,7 @@
-"""Turns YAML text into plain values, within limits of time and memory.
+"""Turns YAML text into plain values, and back, within limits of time and memory.
+
+Numbers are those of YAML 1.2, as yaml-cpp and ROS read them: `5e-2`, `1E3` and `+.5` are numbers,
+which PyYAML, by YAML 1.1, takes for text.
 
 An alias in YAML repeats the node that it names, so that a few lines can stand for more values than
 memory holds. The limit counts the values after this expansion. Tags other than those of plain
@@ -7,6 +10,7 @@ values are refused.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any
@@ -21,6 +25,8 @@ TOO_DEEP_FOR_YAML = "maximum nesting depth"
 # No number or date is longer; the time to read some of them grows with the square of the length.
 MAX_NUMBER_LENGTH = 100
 TAG_PREFIX = "tag:yaml.org,2002:"
+# A number with or without a point and an exponent; 010 and 0x1F are whole numbers of other bases.
+DECIMAL = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
 PLAIN_TAGS = frozenset(
     TAG_PREFIX + kind for kind in ("null", "bool", "int", "float", "timestamp", "str", "seq", "map")
 )
@@ -39,6 +45,15 @@ def load_yaml(text: str) -> Any:
     """
     require_limits(text)
     return yaml.load(text, Loader=_PlainLoader)
+
+
+def dump_yaml(data: Any, **options: Any) -> str:
+    """Returns values as YAML that `load_yaml` reads back; text that looks like a number has quotes.
+
+    options: those of `yaml.dump`.
+    """
+    text: str = yaml.dump(data, Dumper=_PlainDumper, **options)
+    return text
 
 
 def made(construct: Callable[[], Any], node: yaml.Node) -> Any:
@@ -173,6 +188,17 @@ class _PlainLoader(MergesByDefinition, _FastestLoader):
                 raise _fault(f"key {_shown(key_node)} is given twice", key_node)
             seen.add(key)
         return super().construct_mapping(node, deep)
+
+
+class _PlainDumper(yaml.SafeDumper):
+    """Quotes every text that the loader would take for a number."""
+
+
+for _side in (_PlainLoader, _PlainDumper):
+    # Whole numbers, which PyYAML's own rules find before, stay whole.
+    _side.add_implicit_resolver(
+        f"{TAG_PREFIX}float", re.compile(f"{DECIMAL}$"), list("-+.0123456789")
+    )
 
 
 def _fault(text: str, place: yaml.Node | yaml.Event) -> yaml.MarkedYAMLError:

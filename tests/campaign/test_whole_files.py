@@ -185,6 +185,14 @@ def _status(arguments):
         return ended.code
 
 
+def test_a_nav2_file_without_an_option_is_no_scenario_for_check_either(files, capsys):
+    """Somebody who gives the parts of a Nav2 file after one --nav2 would miss all but the first."""
+    files({})
+    assert main(["--nav2", "a.yaml", "b.yaml", "--check"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "b.yaml: is a Nav2 parameter file; expected a scenario file, or --nav2 before" in line
+
+
 def test_against_wants_a_file_of_nav2(files, capsys):
     files({})
     assert main(["empty", "--against", "b.yaml"]) == 2
@@ -215,7 +223,7 @@ def test_a_default_name_is_what_differs_of_the_paths(paths, names):
 
 def test_a_patched_text_is_a_column_beside_the_original():
     text = patched(JAZZY.read_text(), {RADIUS: 0.4}, JAZZY)
-    files = [WholeFile("before", (JAZZY,)), WholeFile("after", (JAZZY,), text)]
+    files = [WholeFile("before", (JAZZY,)), WholeFile("after", (JAZZY,), {JAZZY: text})]
     columns = columns_of_files(files, "wheelchair")
     presets = [preset for column in columns for preset in column.presets]
     campaign = plan_campaign(["empty"], presets, trials=1)

@@ -83,6 +83,13 @@ def test_resolution_is_that_of_the_message(map_yaml):
     assert load_map(map_yaml()).resolution == 0.05000000074505806
 
 
+@pytest.mark.parametrize("text", ["5e-2", "'0.05'", ".05", "+0.05"])
+def test_numbers_are_those_of_yaml_cpp(map_yaml, text):
+    path = map_yaml()
+    path.write_text(path.read_text().replace("resolution: 0.05", f"resolution: {text}"))
+    assert load_map(path).resolution == load_map(map_yaml()).resolution
+
+
 def test_loaded_map_cannot_be_changed(map_yaml):
     with pytest.raises(ValueError, match="read-only"):
         load_map(map_yaml()).occupancy[0, 0] = 1

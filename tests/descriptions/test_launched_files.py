@@ -211,3 +211,69 @@ def test_a_base_link_with_a_robot_s_prefix_is_the_base(tmp_path):
         '<child link="mast"/></joint>',
     )
     assert describe_robot(path).base == "robot1/base_link"
+
+
+COSTMAP = "local_costmap:\n  local_costmap:\n    ros__parameters: {robot_radius: 0.3}\n"
+PLANNER = "planner_server:\n  ros__parameters: {planner_plugins: [GridBased]}\n"
+CONTROLLER = NAV2.partition("local_costmap")[0]
+SMOOTHER = "velocity_smoother:\n  ros__parameters: {smoothing_frequency: 20.0}\n"
+
+
+@pytest.mark.parametrize(
+    ("launched", "others", "merged"),
+    [
+        # A launch file starts the servers with a file each; nobody starts the smoother.
+        (
+            "'nav2_params.yaml', 'costmap.yaml', 'planner.yaml'",
+            {"costmap.yaml": COSTMAP, "planner.yaml": PLANNER, "smoother.yaml": SMOOTHER},
+            ["costmap.yaml", "planner.yaml", "nav2_params.yaml"],
+        ),
+        # No launch file: the only ones beside it that have what it lacks.
+        (
+            "",
+            {"costmap.yaml": COSTMAP, "smac.yaml": PLANNER, "theta.yaml": PLANNER},
+            ["costmap.yaml", "nav2_params.yaml"],
+        ),
+        # A launch file starts the Nav2 file, and not the other.
+        ("'nav2_params.yaml'", {"costmap.yaml": COSTMAP}, ["nav2_params.yaml"]),
+        # Another whole file is no half.
+        ("'nav2_params.yaml', 'other.yaml'", {"other.yaml": NAV2 + PLANNER}, ["nav2_params.yaml"]),
+    ],
+)
+def test_a_nav2_file_in_several_parts_is_merged(repository, launched, others, merged):
+    (repository / "nav" / "nav.launch.py").write_text(launched)
+    # Another package's file of the same name, which comes first in the alphabet.
+    (repository / "arm" / "config").mkdir(parents=True)
+    (repository / "arm" / "config" / "costmap.yaml").write_text(COSTMAP)
+    for name, text in {"nav2_params.yaml": CONTROLLER, **others}.items():
+        (repository / "nav" / "config" / name).write_text(text)
+    found = find_package_files([repository])
+    taken = found.picked([])
+    files = found.options(taken, "nav2")["nav2"]
+    assert [file.relative_to(repository).as_posix() for file in files] == [
+        f"nav/config/{name}" for name in merged
+    ]
+    told = [line for line in found.lines(taken) if "  *  + " in line]
+    assert [line.rpartition("/")[2].partition(":")[0] for line in told] == merged[:-1]
+
+
+CONTROLLED = (
+    '<gazebo><plugin name="control" filename="libgazebo_ros2_control.so">'
+    "<parameters>control.yaml</parameters></plugin></gazebo>"
+)
+
+
+def test_a_launched_model_that_ros2_control_drives_gives_way_to_no_other(tmp_path):
+    """Although a model that nobody launches has a lidar and a plugin that drives."""
+    sides = (("left_wheel", 1), ("right_wheel", -1))
+    wheels = "".join(URDF_WHEEL.format(name=name, y=0.25 * side) for name, side in sides)
+    (tmp_path / "package.xml").write_text("<package><name>cart</name></package>")
+    (tmp_path / "urdf").mkdir()
+    urdf(tmp_path / "urdf", link(BOX) + wheels + CONTROLLED)
+    wheels = "".join(SDF_WHEEL.format(name=name, y=0.1 * side) for name, side in sides)
+    (tmp_path / "urdf" / "waffle.sdf").write_text(
+        f'<sdf version="1.6"><model name="waffle"><link name="base_link">{LIDAR}</link>'
+        f"{wheels}{DRIVE}</model></sdf>"
+    )
+    (tmp_path / "a.launch.py").write_text("'urdf', 'cart.urdf'")
+    assert picked(tmp_path, "robot") == "cart.urdf"

@@ -183,6 +183,41 @@ def test_an_argument_without_a_default_has_the_value_of_a_launch_file(tmp_path, 
     assert '<link name="right"/>' in expand_xacro(path, {"arm": "right"}).text
 
 
+CHASSIS = (
+    '<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="chassis" '
+    'default="short"/><xacro:arg name="sim" default="true"/><xacro:arg name="prefix" default=""/>'
+    "<xacro:if value=\"${'$(arg chassis)' == 'long'}\"><link name=\"long\"/></xacro:if>"
+    "<xacro:if value=\"${'$(arg chassis)' == 'short'}\"><link name=\"short\"/></xacro:if>"
+    '<xacro:if value="$(arg sim)"><link name="simulated"/></xacro:if></robot>'
+)
+DECLARED = "x = 'cart.xacro'\nDeclareLaunchArgument('chassis', default_value='{}')\n"
+
+
+@pytest.mark.parametrize(
+    ("launched", "taken"),
+    [
+        (["long"], "long"),
+        (["long", "long"], "long"),
+        # They do not agree: the model's own default holds.
+        (["long", "short"], "short"),
+    ],
+)
+def test_launch_files_choose_the_branch_of_a_model(tmp_path, launched, taken):
+    path = tmp_path / "cart.xacro"
+    path.write_text(CHASSIS)
+    for number, value in enumerate(launched):
+        text = DECLARED.format(value) + "DeclareLaunchArgument('sim', default_value='false')"
+        text += "DeclareLaunchArgument('prefix', default_value='robot1_')"
+        (tmp_path / f"{number}.launch.py").write_text(text)
+    found = expand_xacro(path)
+    assert f'<link name="{taken}"/>' in found.text
+    # A flag is no choice: a launch file of the real robot leaves out the simulation's parts.
+    assert "simulated" in found.text
+    told = f"argument chassis: {taken}, as in 0.launch.py; its own default is short"
+    assert found.remarks == ((told,) if taken != "short" else ())
+    assert '<link name="short"/>' in expand_xacro(path, {"chassis": "short"}).text
+
+
 def test_a_launch_file_of_another_model_gives_no_value(tmp_path):
     path = tmp_path / "cart.xacro"
     path.write_text('<robot name="a"><link name="$(arg arm)"/></robot>')

@@ -86,6 +86,38 @@ def test_a_controller_server_of_another_shape_is_one_line(block, message, preset
     assert "\n" not in str(caught.value)
 
 
+WRONG_DWB = """\
+controller_server:
+  ros__parameters:
+    controller_plugins: [FollowPath]
+    FollowPath:
+      plugin: dwb_core::DWBLocalPlanner
+      critics: [PathAlign]
+      max_vel_x: 0.5
+      PathAlign:
+        scale: 32.0
+"""
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "line", "message"),
+    [
+        ("0.5", "fast", 7, "max_vel_x: input should be a valid number, got 'fast'"),
+        ("32.0", "high", 9, "PathAlign.scale: input should be a valid number, got 'high'"),
+        ("[PathAlign]", "[Foo]", 6, "critics: critic 'Foo' is not registered"),
+        # The file does not give min_vel_x; the line is that of the parameter it is held against.
+        ("0.5", "-0.5", 7, "min_vel_x: got 0.0, expected at most max_vel_x -0.5"),
+    ],
+)
+def test_a_wrong_value_is_named_with_its_own_line(
+    right, wrong, line, message, presets_of, tmp_path
+):
+    with pytest.raises(InputError) as caught:
+        presets_of(WRONG_DWB.replace(right, wrong))
+    place = f"{tmp_path / 'nav2_params.yaml'}, line {line}: controller_server.ros__parameters."
+    assert str(caught.value).startswith(f"{place}FollowPath: {message}")
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

@@ -7,7 +7,7 @@ import pytest
 
 from drake_navbench.errors import InputError
 from drake_navbench.nav2.parameters import read_parameter_file, read_parameter_text
-from drake_navbench.nav2.patch import patched, place_of
+from drake_navbench.nav2.patch import patched, patched_files, place_of
 
 FILE = Path("nav2_params.yaml")
 FILES = sorted((Path(__file__).parent / "nav2_files").glob("*.yaml"))
@@ -182,3 +182,64 @@ def test_the_entries_of_a_list_that_is_extended_keep_their_quotes(before, after)
 def test_the_entries_of_a_list_in_another_order_keep_their_quotes():
     text = "n:\n  ros__parameters:\n    critics: [\"A\", 'B', C]\n"
     assert "critics: [C, 'B', D]" in patched(text, {"n.critics": ["C", "B", "D"]}, FILE)
+
+
+HALVES = {
+    Path("controller.yaml"): TEXT.partition("local_costmap:")[0],
+    Path("costmap.yaml"): "local_costmap:" + TEXT.partition("local_costmap:")[2],
+    # It overrides one value of the first, and begins a block of its plugin.
+    Path("mine.yaml"): (
+        "controller_server:\n  ros__parameters:\n"
+        "    controller_frequency: 30.0\n    FollowPath: {lookahead_dist: 0.4}\n"
+    ),
+}
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "file", "lines"),
+    [
+        (
+            "local_costmap.width",
+            4,
+            "costmap.yaml",
+            [
+                "-    ros__parameters: {width: 3, inflation_layer: {inflation_radius: 0.55}}",
+                "+    ros__parameters: {width: 4, inflation_layer: {inflation_radius: 0.55}}",
+            ],
+        ),
+        (
+            "controller_server.controller_frequency",
+            10.0,
+            "mine.yaml",
+            ["-    controller_frequency: 30.0", "+    controller_frequency: 10.0"],
+        ),
+        (
+            "controller_server.FollowPath.desired_linear_vel",
+            0.8,
+            "controller.yaml",
+            [
+                "-      desired_linear_vel: 0.5 # slow, for the carpet",
+                "+      desired_linear_vel: 0.8 # slow, for the carpet",
+            ],
+        ),
+        # No file gives it: it comes to the block that overrides.
+        (
+            "controller_server.FollowPath.max_accel",
+            1.5,
+            "mine.yaml",
+            [
+                "-    FollowPath: {lookahead_dist: 0.4}",
+                "+    FollowPath: {lookahead_dist: 0.4, max_accel: 1.5}",
+            ],
+        ),
+    ],
+)
+def test_of_several_files_the_one_that_gives_the_parameter_is_changed(place, value, file, lines):
+    ((path, after),) = patched_files(HALVES, {place_of(place): value}).items()
+    assert path.name == file
+    assert changed_lines(HALVES[path], after) == lines
+
+
+def test_a_node_that_none_of_several_files_has_is_named():
+    with pytest.raises(InputError, match="no node smoother_server"):
+        patched_files(HALVES, {place_of("smoother_server.simple_smoother.tolerance"): 1.0})

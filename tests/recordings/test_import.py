@@ -247,6 +247,51 @@ def test_a_map_gives_the_clearance_from_the_map(bag, robot_file, tmp_path):
     assert math.isnan(values["min_clearance_m"].value)
 
 
+CAR_YAML = """\
+description: a small car
+robot_radius: 0.105
+drive: {type: ackermann, wheelbase_m: 0.5, min_turning_radius_m: 1.0}
+"""
+
+
+def steered(make, robot_file, path: Path):
+    """Imports the drive with its commands as steering angles, of which tan is 0.25."""
+    car = "ackermann_msgs/msg/AckermannDriveStamped"
+
+    def with_angle(entry: Entry) -> Entry:
+        if entry.topic != "/cmd_vel":
+            return entry
+        drive = make.make(
+            "ackermann_msgs/msg/AckermannDrive",
+            steering_angle=math.atan(0.25),
+            steering_angle_velocity=0.0,
+            speed=entry.message.linear.x,
+            acceleration=0.0,
+            jerk=0.0,
+        )
+        message = make.make(car, header=make.header(entry.receive_ns, ""), drive=drive)
+        return entry._replace(topic="/drive", type=car, message=message)
+
+    write_ros2(path, map(with_angle, turtlebot(make)), plugin="sqlite3")
+    return read_recording(path, ImportRequest(robot=str(robot_file)))
+
+
+def test_steering_angles_are_turn_rates_of_a_car(make, tmp_path):
+    (tmp_path / "car.yaml").write_text(CAR_YAML)
+    (log,) = steered(make, tmp_path / "car.yaml", tmp_path / "bag").logs
+    middle = log.samples.iloc[len(log.samples) // 2]
+    # tan(angle) / wheelbase = 0.25 / 0.5 m: 0.5 rad for each metre.
+    assert middle["command_v_mps"] == pytest.approx(0.2)
+    assert middle["command_w_radps"] == pytest.approx(0.1)
+
+
+def test_steering_angles_without_a_wheelbase_are_left_out_with_a_line(make, robot_file, tmp_path):
+    found = steered(make, robot_file, tmp_path / "bag")
+    (line,) = (line for line in found.losses if "/drive (command)" in line)
+    assert "need the wheelbase" in line
+    assert found.drive is None
+
+
 def test_other_topics_can_be_named_and_left_out(make, robot_file, tmp_path):
     entries = renamed(turtlebot(make), lambda name: "/wheel/odometry" if name == "/odom" else name)
     topics = {"odom": "/wheel/odometry", "scan": ""}

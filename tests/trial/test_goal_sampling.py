@@ -57,6 +57,16 @@ def test_no_pair_has_a_wall_between_its_two(tmp_path):
         assert (task.start[0] < 5.0) == (task.goal[0] < 5.0)
 
 
+def test_a_body_that_reaches_beyond_the_costmaps_footprint_touches_at_no_drawn_place(tmp_path):
+    """In rooms 5 m wide a trailer that reaches back 1 m has 3 m in the middle."""
+    trailer = [(0.2, 0.2), (-1.0, 0.2), (-1.0, -0.2), (0.2, -0.2)]
+    robot = load_robot("round_robot", {"collision_outline": trailer})
+    for task in sample_tasks(write_rooms(tmp_path), robot, 10, seed=0):
+        for x, y, _ in (task.start, task.goal):
+            assert 1.0 < y < 4.0
+            assert 1.0 < x < 4.0 or 6.1 < x < 9.1
+
+
 def test_a_given_start_is_that_of_all_and_its_goals_lie_in_its_room(tmp_path):
     start = (7.0, 2.0, 0.5)
     robot = load_robot("round_robot")

@@ -40,9 +40,10 @@ def test_other_files_given_as_a_scenario_are_called_what_they_are(tmp_path):
     told = refusal(load_scenario, str(PRESET_PATH))
     assert told == f"{PRESET_PATH}: is a preset file; expected a scenario file"
     nav2 = tmp_path / "nav2_params.yaml"
-    nav2.write_text("amcl: {ros__parameters: {alpha1: 0.2}}")
+    nav2.write_text("local_costmap: {local_costmap: {ros__parameters: {width: 3}}}")
     told = refusal(load_scenario, str(nav2))
-    assert told == f"{nav2}: is a Nav2 parameter file; expected a scenario file"
+    hint = ", or --nav2 before each Nav2 file of several"
+    assert told == f"{nav2}: is a Nav2 parameter file; expected a scenario file{hint}"
 
 
 def test_other_files_given_as_a_map_are_one_line(tmp_path):

@@ -7,7 +7,7 @@ import pytest
 
 from drake_navbench.errors import InputError
 from drake_navbench.typed_files.typed_yaml import parse_yaml
-from drake_navbench.typed_files.yaml_loader import MAX_DEPTH, MAX_NODES
+from drake_navbench.typed_files.yaml_loader import MAX_DEPTH, MAX_NODES, dump_yaml, load_yaml
 
 
 def refusal(text: str) -> str:
@@ -102,3 +102,19 @@ def test_the_time_for_keys_grows_with_their_number_alone():
 
 def test_an_alias_of_a_plain_value_stands_for_it():
     assert parse_yaml("a: &speed 0.3\nb: [*speed, *speed]", "task.yaml")["b"] == [0.3, 0.3]
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    # YAML 1.1 takes all but the last two for text.
+    [("5e-2", 0.05), ("1E3", 1000.0), ("-.5", -0.5), ("1.0e5", 1e5), ("5.", 5.0), ("7", 7)],
+)
+def test_a_number_is_one_in_every_spelling_of_yaml_1_2(text, value):
+    found = load_yaml(text)
+    assert found == value
+    assert type(found) is type(value)
+
+
+def test_text_that_looks_like_a_number_is_text_again_when_it_is_read():
+    values = {"commit": "1234e567", "name": "-.5", "speed_mps": 1e-05, "count": 3}
+    assert load_yaml(dump_yaml(values)) == values

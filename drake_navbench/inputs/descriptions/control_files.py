@@ -20,6 +20,7 @@ from drake_navbench.inputs.descriptions.model import Joint, Model
 from drake_navbench.inputs.descriptions.poses import number
 from drake_navbench.inputs.descriptions.ros_packages import Packages
 from drake_navbench.typed_files.input_file import read_head_text
+from drake_navbench.typed_files.ros_yaml import RosLoader
 from drake_navbench.typed_files.typed_yaml import read_text
 from drake_navbench.typed_files.yaml_loader import require_limits
 
@@ -103,7 +104,7 @@ def _read(path: Path) -> Mapping[str, Any]:
     try:
         text = read_text(path)
         require_limits(text)
-        block = yaml.safe_load(text)
+        block = yaml.load(text, Loader=RosLoader)
     except (InputError, yaml.YAMLError, ValueError):
         return {}
     return block if isinstance(block, Mapping) else {}

@@ -32,6 +32,7 @@ from drake_navbench.inputs.descriptions.wheel_layout import (
 )
 from drake_navbench.inputs.descriptions.xml_file import text_of
 
+CONTROL = re.compile(r"ros2?_control")
 PLUGIN_FILE = re.compile(r"<plugin\b[^>]*\bfilename\s*=\s*[\"']([^\"']+)")
 # Larger limits in a model are bounds of the simulator, not of the robot.
 FASTEST_MPS, FASTEST_RADPS, LARGEST_MPS2 = 20.0, 50.0, 200.0
@@ -78,6 +79,11 @@ def drive_of(
 def has_drive(model: Model) -> bool:
     """Tells whether a plugin drives a model."""
     return any(_kind_of_plugin(plugin.name) for plugin in model.plugins)
+
+
+def is_controlled(model: Model) -> bool:
+    """Tells whether ros2_control, or ROS 1's ros_control, moves joints of a model in Gazebo."""
+    return any(CONTROL.search(plugin.name) for plugin in model.plugins)
 
 
 def names_drive(text: str) -> bool:

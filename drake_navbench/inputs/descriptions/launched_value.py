@@ -1,8 +1,9 @@
-"""The value that a launch file gives a xacro argument which has no default of its own."""
+"""The value that launch files give a xacro argument."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 from drake_navbench.inputs.descriptions.ros_packages import Packages
@@ -23,6 +24,10 @@ FORMS = (
 )
 
 
+# Flags tell simulation from robot: a repository's launch files give both.
+FLAGS = frozenset({"true", "false", "0", "1", "yes", "no"})
+
+
 def is_launch_file(file: Path) -> bool:
     """Tells whether a file is a launch file, by its name or its folder's."""
     named = LAUNCH_FILE.search(file.name) is not None
@@ -34,6 +39,21 @@ def launched_value(name: str, file: Path, packages: Packages) -> tuple[str, Path
 
     The launch files are those of the file's robot, the nearest first. None where none gives it.
     """
+    return next(_launched_values(name, file, packages), None)
+
+
+def chosen_value(name: str, file: Path, packages: Packages) -> tuple[str, Path] | None:
+    """Returns a choice, such as a chassis, that launch files make for an argument with a default.
+
+    None for a flag, and where the launch files that give a value do not agree.
+    """
+    found = list(_launched_values(name, file, packages))
+    values = {value for value, _ in found}
+    return found[0] if len(values) == 1 and not FLAGS & {v.lower() for v in values} else None
+
+
+def _launched_values(name: str, file: Path, packages: Packages) -> Iterator[tuple[str, Path]]:
+    """Yields the value in each launch file that names a xacro file and gives one."""
     forms = [re.compile(form.format(name=re.escape(name), value=VALUE)) for form in FORMS]
     for launch in packages.files(is_launch_file):
         text = read_head_text(launch)
@@ -41,5 +61,4 @@ def launched_value(name: str, file: Path, packages: Packages) -> tuple[str, Path
             continue
         found = next((said for form in forms if (said := form.search(text))), None)
         if found is not None:
-            return found[1], launch
-    return None
+            yield found[1], launch

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import tempfile
+from collections.abc import Set
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from xacrodoc import packages as found_packages
 from xacrodoc.packages import PackageNotFoundError
 
 from drake_navbench.errors import InputError, as_line
-from drake_navbench.inputs.descriptions.launched_value import launched_value
+from drake_navbench.inputs.descriptions.launched_value import FLAGS, chosen_value, launched_value
 from drake_navbench.inputs.descriptions.ros_packages import Packages
 from drake_navbench.inputs.descriptions.xacro_macro import call_of, robot_macro, with_call
 from drake_navbench.inputs.descriptions.xml_file import without_late_declaration
@@ -65,7 +66,15 @@ def _expanded_with(
             arguments = _Arguments(launched | request["arguments"])
             try:
                 text = _expanded(path, content, arguments, missing)
-                break
+                chosen = _chosen(arguments, {*launched, *request["arguments"]}, path, packages)
+                if not chosen:
+                    break
+                for name, (value, launch) in chosen.items():
+                    missing.told.append(
+                        f"argument {name}: {value}, as in {launch.name}; "
+                        f"its own default is {arguments[name]}"
+                    )
+                launched |= {name: value for name, (value, _) in chosen.items()}
             except PackageNotFoundError as error:
                 missing.add(str(error.args[0]))
             except InputError as error:
@@ -88,6 +97,21 @@ def _expanded_with(
         told = {name: str(arguments[name]) for name in sorted(arguments.declared)}
     values = {name: value.replace(there, PACKAGE) for name, value in told.items()}
     return text, values, missing.remarks()
+
+
+def _chosen(
+    arguments: _Arguments, given: Set[str], path: Path, packages: Packages
+) -> dict[str, tuple[str, Path]]:
+    """Returns the values other than their defaults that launch files give arguments not `given`.
+
+    None for an argument that is empty by default, such as a namespace.
+    """
+    found = {
+        name: chosen_value(name, path, packages)
+        for name in sorted(arguments.declared - given)
+        if name in arguments and str(arguments[name]).lower() not in {"", *FLAGS}
+    }
+    return {name: told for name, told in found.items() if told and told[0] != arguments[name]}
 
 
 # Elements that xacro once took without its prefix, and the attribute by which they are recognised.

@@ -7,6 +7,7 @@ Source: nav2_map_server (map_io).
 from __future__ import annotations
 
 import os
+import re
 import warnings
 from dataclasses import dataclass
 from enum import StrEnum
@@ -35,6 +36,7 @@ from drake_navbench.typed_files.typed_yaml import (
     read_text,
     validate,
 )
+from drake_navbench.typed_files.yaml_loader import DECIMAL
 
 UNKNOWN = -1
 OCCUPIED = 100
@@ -87,17 +89,34 @@ class MapMetadata(FrozenModel):
         MapMode.TRINARY, description="How grey is read: trinary, scale or raw; upper or lower case."
     )
 
+    @field_validator("resolution", "occupied_thresh", "free_thresh", mode="before")
+    @classmethod
+    def _accept_quotes(cls, value: Any) -> Any:
+        return _unquoted(value)
+
+    @field_validator("origin", mode="before")
+    @classmethod
+    def _accept_quotes_within(cls, value: Any) -> Any:
+        return tuple(map(_unquoted, value)) if isinstance(value, list) else value
+
     @field_validator("negate", mode="before")
     @classmethod
     def _accept_zero_and_one(cls, value: Any) -> bool:
-        if value not in (0, 1):
+        number = _unquoted(value)
+        if number not in (0, 1):
             raise ValueError("expected 0, 1, true or false")
-        return bool(value)
+        return bool(number)
 
     @field_validator("mode", mode="before")
     @classmethod
     def _ignore_case(cls, value: Any) -> Any:
         return value.lower() if isinstance(value, str) else value
+
+
+def _unquoted(value: Any) -> Any:
+    """Returns the number in a quoted text, as yaml-cpp reads it; any other value as it is."""
+    is_number = isinstance(value, str) and re.fullmatch(DECIMAL, value)
+    return float(value) if is_number else value
 
 
 @dataclass(frozen=True, slots=True, eq=False)

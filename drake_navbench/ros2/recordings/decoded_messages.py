@@ -33,6 +33,17 @@ class Motion(NamedTuple):
     twist: tuple[float, float, float]
 
 
+class Steered(NamedTuple):
+    """A command to a car. speed: m/s. steering: angle of the front wheels, rad, left positive."""
+
+    speed: float
+    steering: float
+
+    def twist(self, wheelbase_m: float) -> tuple[float, float, float]:
+        """Returns v m/s, w rad/s, vy m/s of the rear axle's middle: w = v tan(steering) / L."""
+        return self.speed, self.speed * math.tan(self.steering) / wheelbase_m, 0.0
+
+
 class Beams(NamedTuple):
     """A scan. ranges_m: (B,) float32; inf or -inf where the sensor reports out of range."""
 
@@ -143,11 +154,12 @@ def _transforms(message: Any) -> Decoded:
 
 
 def _command(message: Any) -> Decoded:
-    if not hasattr(message, "header"):
-        return [(-1, _twist(message))]
     # A stamp of zero stands for the time of receipt.
-    stamp = _stamp(message.header)
-    return [(stamp if stamp > 0 else -1, _twist(message.twist))]
+    stamp = _stamp(message.header) if hasattr(message, "header") else -1
+    given = getattr(message, "twist", None) or getattr(message, "drive", None) or message
+    is_steered = hasattr(given, "steering_angle")
+    value = Steered(given.speed, given.steering_angle) if is_steered else _twist(given)
+    return [(stamp if stamp > 0 else -1, value)]
 
 
 def _scan(message: Any) -> Decoded:

@@ -12,16 +12,17 @@ from typing import Any
 import numpy as np
 
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.drive import AckermannDrive
 from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder, file_name, only_run_in
 from drake_navbench.navigation.costmaps.map_file import OccupancyMap, load_map
 from drake_navbench.processes.version import __version__
-from drake_navbench.ros2.recordings.decoded_messages import Cells
+from drake_navbench.ros2.recordings.decoded_messages import Cells, Steered
 from drake_navbench.ros2.recordings.drive_data import DriveData, drive_data
 from drake_navbench.ros2.recordings.drive_fit import DriveFit, as_yaml, fit_drive
 from drake_navbench.ros2.recordings.gap_page import as_plain, write_curves, write_gap_page
-from drake_navbench.ros2.recordings.reading import Piece, read_bag
+from drake_navbench.ros2.recordings.reading import Piece, Recording, read_bag
 from drake_navbench.ros2.recordings.recorded_columns import Column
 from drake_navbench.ros2.recordings.recorded_motion import RecordedMotion, recorded_motion
 from drake_navbench.ros2.recordings.recorded_tasks import (
@@ -92,13 +93,14 @@ def read_recording(path: Path, request: ImportRequest) -> Imported:
     needed = (("trial", NO_ROBOT),) if given_robot is None else ()
     piece = Piece(request.topics, request.namespace, request.start_s, request.end_s, needed)
     recording = read_bag(path, piece)
-    columns = recording.columns
-    told = _exported_trial(columns)
+    told = _exported_trial(recording.columns)
     robot = given_robot or _exported_robot(path, told)
+    columns, unsteered = _with_turn_rates(path, recording, robot)
     motion = recorded_motion(path, columns)
     tasks = _tasks(path, request, recording.start_ns, columns, motion)
     known_map = given_map or _recorded_map(columns, motion)
-    notes = {"topics": recording.topics, "losses": list(recording.losses)}
+    losses = (*recording.losses, *unsteered)
+    notes = {"topics": recording.topics, "losses": list(losses)}
     scenario, controller = path.stem, RECORDED
     if told is not None:
         scenario = told["info"]["scenario"]["name"]
@@ -128,7 +130,28 @@ def read_recording(path: Path, request: ImportRequest) -> Imported:
         if gap is not None:
             log.info["recording"]["simulation_gap"] = as_plain(gap)
     fit = _fit(path, robot, drive) if request.fits_drive else None
-    return Imported(path, tuple(logs), recording.topics, recording.losses, gaps, fit, drive)
+    return Imported(path, tuple(logs), recording.topics, losses, gaps, fit, drive)
+
+
+def _with_turn_rates(
+    path: Path, recording: Recording, robot: Robot
+) -> tuple[dict[str, Column], list[str]]:
+    """Returns the columns with steering angles as turn rates of the robot, and a line on losses.
+
+    For a robot without a wheelbase the commands are left out.
+    """
+    columns = recording.columns
+    column = columns.get("command")
+    if column is None or not any(isinstance(value, Steered) for value in column.values):
+        return columns, []
+    if not isinstance(robot.drive, AckermannDrive):
+        others = {role: other for role, other in columns.items() if role != "command"}
+        return others, [
+            f"{path}: {recording.topics['command']} (command): steering angles need the wheelbase "
+            "of a car; expected drive.type: ackermann in the robot file; left out"
+        ]
+    turned = [value.twist(robot.drive.wheelbase_m) for value in column.values]
+    return {**columns, "command": column._replace(values=turned)}, []
 
 
 def _fit(path: Path, robot: Robot, drive: DriveData | None) -> DriveFit:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -12,6 +13,17 @@ from drake_navbench.errors import InputError
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
+
+# Messages of cars, which the library does not know; recordings in sqlite3 bring no definitions.
+CARS: Mapping[str, str] = {
+    "ackermann_msgs/msg/AckermannDrive": (
+        "float32 steering_angle\nfloat32 steering_angle_velocity\n"
+        "float32 speed\nfloat32 acceleration\nfloat32 jerk\n"
+    ),
+    "ackermann_msgs/msg/AckermannDriveStamped": (
+        "std_msgs/Header header\nackermann_msgs/AckermannDrive drive\n"
+    ),
+}
 
 HOW_TO_INSTALL = "pip install 'drake-navbench[bags]'"
 
@@ -25,9 +37,12 @@ def require_rosbags() -> None:
 @lru_cache(maxsize=1)
 def ros2_types() -> Typestore:
     """Returns ROS 2's message types; those used here are the same from Humble to Lyrical."""
-    from rosbags.typesys import Stores, get_typestore
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-    return get_typestore(Stores.ROS2_JAZZY)
+    types = get_typestore(Stores.ROS2_JAZZY)
+    for name, text in CARS.items():
+        types.register(get_types_from_msg(text, name))
+    return types
 
 
 def open_zstd(path: Path) -> IO[bytes]:

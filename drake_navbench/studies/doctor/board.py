@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 from pydantic import Field
 
 from drake_navbench.campaign.campaign import plan_campaign
@@ -21,6 +20,7 @@ from drake_navbench.studies.doctor.driving import Row
 from drake_navbench.studies.doctor.files import Patient, speed_asked
 from drake_navbench.studies.doctor.probes import probes_for
 from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, validate
+from drake_navbench.typed_files.yaml_loader import dump_yaml
 
 # Probes in which cycles are timed: free, and with walls to look at.
 TIMED = ("straight", "corridor")
@@ -127,7 +127,7 @@ def read_times(path: Path) -> CycleTimes:
 def write_times(times: CycleTimes, path: Path) -> None:
     """Writes a file of cycle times; raises CannotBeWritten."""
     with writing(path):
-        path.write_text(yaml.safe_dump(times.model_dump(), sort_keys=False), encoding="utf-8")
+        path.write_text(dump_yaml(times.model_dump(), sort_keys=False), encoding="utf-8")
 
 
 def _work_of(parameters: dict[str, object]) -> dict[str, float | int | bool | str | None]:

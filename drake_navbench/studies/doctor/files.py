@@ -17,7 +17,7 @@ from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot, is_model
 from drake_navbench.nav2.known_base import known_base_of
 from drake_navbench.nav2.nav2_setup import Nav2Setup
-from drake_navbench.nav2.patch import Place, patched
+from drake_navbench.nav2.patch import Place, patched_files
 from drake_navbench.nav2.whole_files import (
     FileColumns,
     WholeFile,
@@ -41,9 +41,9 @@ SPEEDS = (
 class Patient:
     """The Nav2 file that is looked at; it is read once, so that all changes are of one text.
 
-    paths: of the file; of several the last one is patched. robot: name or file of the robot for
-    what no Nav2 file tells. values: for the file's substitutions. release: of Nav2, by the file's
-    own marks where None. plugin: the controller's name in the file, '' for the first one.
+    paths: of the file, or of several that are merged, later ones overriding. robot: name or file of
+    the robot for what no Nav2 file tells. values: for the file's substitutions. release: of Nav2,
+    by the file's own marks where None. plugin: the controller's name in the file, '' for the first.
     """
 
     paths: tuple[Path, ...]
@@ -53,9 +53,9 @@ class Patient:
     plugin: str = ""
 
     @cached_property
-    def text(self) -> str:
-        """The text of the file that is patched."""
-        return self.paths[-1].read_text(encoding="utf-8")
+    def texts(self) -> dict[Path, str]:
+        """The text of each file, in their order."""
+        return {path: path.read_text(encoding="utf-8") for path in self.paths}
 
     def columns(self) -> FileColumns:
         """Returns the columns of the file as it is; raises InputError where it is wrong."""
@@ -116,9 +116,9 @@ class Patient:
             return found.facts(self._chosen(found.setup))
         return facts_of(columns.setup, self._chosen(columns.setup))
 
-    def patched_text(self, changes: Mapping[Place, Any]) -> str:
-        """Returns the text of the file with these values, all else as it is; raises InputError."""
-        return patched(self.text, dict(changes), self.paths[-1])
+    def patched_texts(self, changes: Mapping[Place, Any]) -> dict[Path, str]:
+        """Returns the texts of the files that change for these values; raises InputError."""
+        return patched_files(self.texts, changes)
 
     def before_and_after(self, changes: Mapping[Place, Any]) -> tuple[Preset, Preset]:
         """Returns the columns of the file as it is and with a change, for one base.
@@ -163,9 +163,9 @@ class Patient:
 
     def _with(self, changes: Mapping[Place, Any]) -> tuple[FileColumns, ...]:
         """Returns the columns of the file as it is and with a change, for one base."""
-        text = self.patched_text(changes)
+        texts = self.patched_texts(changes)
         release = self.release or str(self.facts().release)
-        files = [WholeFile("before", self.paths), WholeFile("after", self.paths, text)]
+        files = [WholeFile("before", self.paths), WholeFile("after", self.paths, texts)]
         return require_columns(columns_of_files(files, self.robot, self.values, release=release))
 
 

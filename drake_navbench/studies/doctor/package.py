@@ -37,7 +37,7 @@ def with_package(
         taken[MAP] = None
     values = vars(arguments) | found.options(taken, nav2="files")
     if taken[NAV2] is not None:
-        values["found_nav2"] = {taken[NAV2]: len(found.files[NAV2])}
+        values["found_nav2"] = dict.fromkeys(values["files"], len(found.files[NAV2]))
     found.require_robot(values["robot"], default_robot)
     if not values["files"]:
         raise InputError(f"--package {root}: no Nav2 file; expected one, or FILE")

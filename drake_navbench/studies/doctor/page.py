@@ -1,4 +1,4 @@
-"""The files of a visit: the page, the patched file and the patch."""
+"""The files of a visit: the page, the patched files and the patch."""
 
 from __future__ import annotations
 
@@ -33,26 +33,34 @@ STYLE = (
 )
 
 
-def patch_of(patient: Patient, cure: Judged) -> tuple[str, str]:
-    """Returns the patched file's text and the patch, as `patch -p0` takes it."""
-    after = patient.patched_text(cure.trial.changes)
-    name = patient.paths[-1].name
-    lines = difflib.unified_diff(
-        patient.text.splitlines(keepends=True), after.splitlines(keepends=True), name, name
-    )
-    return after, "".join(lines)
+def patch_of(patient: Patient, cure: Judged) -> str:
+    """Returns the change of the files as a patch that `patch -p0` takes."""
+    parts: list[str] = []
+    for path, after in patient.patched_texts(cure.trial.changes).items():
+        before = patient.texts[path].splitlines(keepends=True)
+        parts += difflib.unified_diff(before, after.splitlines(keepends=True), path.name, path.name)
+    return "".join(parts)
+
+
+def _patched(patient: Patient, cure: Judged) -> dict[str, str]:
+    """Returns the patched files by name: patched.yaml, or patched_NAME of several merged files."""
+    texts = patient.patched_texts(cure.trial.changes)
+    if len(patient.paths) == 1:
+        return {PATCHED: "".join(texts.values())}
+    return {f"patched_{path.name}": text for path, text in texts.items()}
 
 
 def write_outputs(
     visit: Visit, patient: Patient, folder: Path, driver: Driver | None = None
 ) -> list[Path]:
-    """Writes the page and, where there is a cure, patched file, patch and replay; returns them.
+    """Writes the page and, where there is a cure, patched files, patch and replay; returns them.
 
     driver: drives what the replays show; without one there are none.
     """
     texts = {PAGE: page(visit, patient)}
     if visit.cure is not None:
-        texts[PATCHED], texts[PATCH] = patch_of(patient, visit.cure)
+        texts |= _patched(patient, visit.cure)
+        texts[PATCH] = patch_of(patient, visit.cure)
     written = [_write(folder / name, text) for name, text in texts.items()]
     if visit.seen and driver is not None and not visit.is_interrupted:
         replays = write_replays(patient, visit, driver, folder)
@@ -116,7 +124,7 @@ def _change(visit: Visit, cure: Judged, patient: Patient) -> list[str]:
     # A rule's sentence on the file is enough; the suspects' says the same in general.
     count = 1 if suspicion.findings else 2
     reasons = " ".join(f"{why.rstrip('.')}." for why in suspicion.reasons[:count])
-    _, patch = patch_of(patient, cure)
+    patch = patch_of(patient, cure)
     rows = [
         f'<tr><td>{escape(LOOKS_LIKE[Symptom(name)])}</td><td class="n">{cure.before[name]}</td>'
         f'<td class="n">{cure.after[name]}</td></tr>'

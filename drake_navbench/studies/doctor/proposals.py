@@ -12,6 +12,7 @@ from drake_navbench.nav2.patch import SHORT_NODES, Place, place_of
 from drake_navbench.studies.doctor.causes import Cause, Direction
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.files import Patient
+from drake_navbench.typed_files.ros_yaml import RosLoader
 
 OPTION = "--try"
 
@@ -30,9 +31,9 @@ def _proposal(text: str, patient: Patient) -> Trial:
     if not (name and equals and value_text):
         raise InputError(f"{OPTION} {text!r}: expected PARAMETER=VALUE")
     try:
-        value = yaml.safe_load(value_text)
+        value = yaml.load(value_text, Loader=RosLoader)
         place = _place(name, patient)
-        if patient.patched_text({place: value}) == patient.text:
+        if not patient.patched_texts({place: value}):
             raise InputError("the file has this value already")
         patient.require_read(place, value)
         patient.before_and_after({place: value})

@@ -50,7 +50,7 @@ class FileSpace(SearchSpace):
         """Returns the column of the file with these values; raises InputError."""
         assigned = ":".join(f"{name}={value}" for name, value in values.items())
         name = f"{self.baseline.name}:{assigned}" if values else self.baseline.name
-        file = WholeFile(name, (self.path,), self.patched(values))
+        file = WholeFile(name, (self.path,), {self.path: self.patched(values)})
         (columns,) = require_columns(columns_of_files([file], self.robot))
         return _column(columns, self.plugin)
 
@@ -86,7 +86,9 @@ def file_space(path: Path, plugin: str | None, robot: str, axes: Sequence[str]) 
     controller's own tuning.yaml.
     """
     text = read_text(path)
-    (columns,) = require_columns(columns_of_files([WholeFile(path.stem, (path,), text)], robot))
+    (columns,) = require_columns(
+        columns_of_files([WholeFile(path.stem, (path,), {path: text})], robot)
+    )
     plugin = _chosen(columns, plugin)
     baseline = _column(columns, plugin)
     settings = resolved_settings(columns)
@@ -157,7 +159,7 @@ def _require_effect(space: FileSpace, entry: Dimension) -> None:
     place = _place(entry.name, space.plugin)
     for value in ends:
         name = space.baseline.name
-        file = WholeFile(name, (space.path,), space.patched({entry.name: value}))
+        file = WholeFile(name, (space.path,), {space.path: space.patched({entry.name: value})})
         (columns,) = columns_of_files([file], space.robot)
         if reason := why_without_effect(place, columns):
             raise InputError(f"--parameter {entry.name}: has no effect here: {reason}")

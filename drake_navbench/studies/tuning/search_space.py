@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import yaml
 from pydantic import Field, ValidationError
 
 from drake_navbench.campaign.sweep import Axis, column_at, parse_axis
@@ -19,6 +18,7 @@ from drake_navbench.plugins.releases import RELEASE_FIELD
 from drake_navbench.typed_files.dotted_names import flattened
 from drake_navbench.typed_files.output_file import write_text
 from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, validate
+from drake_navbench.typed_files.yaml_loader import dump_yaml
 
 if TYPE_CHECKING:
     from optuna.trial import Trial
@@ -192,7 +192,7 @@ def write_nav2_file(preset: Preset, path: Path, remarks: Sequence[str]) -> None:
     if release is not None:
         values = {RELEASE_FIELD: str(release)} | values
     server = {"controller_plugins": [PLUGIN], PLUGIN: {"plugin": plugin} | values}
-    text = yaml.safe_dump({"controller_server": {"ros__parameters": server}}, sort_keys=False)
+    text = dump_yaml({"controller_server": {"ros__parameters": server}}, sort_keys=False)
     write_text(path, _commented(remarks) + text)
 
 
@@ -208,7 +208,7 @@ def write_preset_file(preset: Preset, path: Path, remarks: Sequence[str]) -> Non
         content["parameters_for_radius"] = deepcopy(dict(preset.values_for_radius))
     if preset.path_handler:
         content["path_handler"] = dict(preset.path_handler)
-    write_text(path, _commented(remarks) + yaml.safe_dump(content, sort_keys=False))
+    write_text(path, _commented(remarks) + dump_yaml(content, sort_keys=False))
 
 
 def _commented(remarks: Sequence[str]) -> str:

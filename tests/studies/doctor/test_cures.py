@@ -179,7 +179,8 @@ def test_the_patched_file_keeps_comments_and_differs_in_one_line(patient):
         "lookahead_dist: 0.6", "lookahead_dist: 0.6  # metres, tuned in the yard"
     )
     one = patient(text)
-    after = one.patched_text({Place("controller_server", "FollowPath.lookahead_dist"): 0.9})
+    place = Place("controller_server", "FollowPath.lookahead_dist")
+    (after,) = one.patched_texts({place: 0.9}).values()
     assert "lookahead_dist: 0.9  # metres, tuned in the yard" in after
     changed = [a for a, b in zip(text.splitlines(), after.splitlines(), strict=True) if a != b]
     assert len(changed) == 1
