@@ -168,7 +168,8 @@ def _proposed(arguments: argparse.Namespace, patient: Patient) -> list[Trial]:
 def _symptom(arguments: argparse.Namespace) -> Symptom | None:
     """Returns the class of `--symptom`; prints the class that was taken for words.
 
-    Words of `--told` alone, which may be about the robot, take no class; the likeliest are printed.
+    Words of `--told` alone may be about the robot: their likeliest classes are printed, and treated
+    first if the probes show them.
     """
     from drake_navbench.studies.doctor.complaints import symptoms_called, symptoms_told
     from drake_navbench.studies.doctor.told import wrapped
@@ -180,8 +181,8 @@ def _symptom(arguments: argparse.Namespace) -> Symptom | None:
     else:
         found = symptoms_told(arguments.told)
         line = (
-            f"Symptom: none is given. If your words tell one, it may be {', '.join(found[:3])} "
-            "(--symptom NAME takes it)."
+            f"Symptom: none is given. Your words may tell {', '.join(found[:3])}: of what the "
+            "probes show, these come first (--symptom NAME takes one)."
         )
     if len(found) > 1:
         print_text("\n".join([*wrapped(line, rest="  "), ""]))

@@ -41,6 +41,8 @@ def _verdict(visit: Visit) -> str:
     what = f"In {_probes(visit, visit.treated)} {weak}the robot {LOOKS_LIKE[visit.treated]}."
     if visit.asked not in (None, visit.treated, *visit.rare):
         what = f"No probe shows {visit.asked}. {what}"
+    if visit.told and visit.seen.keys().isdisjoint(visit.told):
+        what = f"No probe shows what your words may tell ({', '.join(visit.told)}). {what}"
     rare = "".join(f" {_rare_told(symptom, rarity)}" for symptom, rarity in visit.rare.items())
     if visit.treated in visit.rare:
         return f"{what}{rare} So no change was tried."
@@ -74,8 +76,13 @@ def _verdict(visit: Visit) -> str:
 def _nothing_seen(visit: Visit) -> str:
     if _is_unfinished(visit):
         return "The visit ended before the probes were driven; the rules' findings stand below."
-    if visit.asked is None:
+    if visit.asked is None and not visit.told:
         return "Nothing to improve: no probe shows a symptom."
+    if visit.asked is None:
+        return (
+            "No cause found: no probe shows a symptom with this file and robot. Your words may "
+            f"tell {visit.told[0]}. {_first_to_try(visit)}"
+        )
     others = ", ".join(symptom.value for symptom in visit.seen)
     seen = f" The probes show {others}: give one of these to --symptom." if others else ""
     return (

@@ -13,7 +13,7 @@ from drake_navbench.commands.doctor import main
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.nav2.patch import Place
 from drake_navbench.studies.doctor import visit as visits
-from drake_navbench.studies.doctor.alike import NOTHING_TOLD
+from drake_navbench.studies.doctor.alike import NOTHING_TOLD, Told
 from drake_navbench.studies.doctor.causes import Direction
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.detectors import detectors_digest
@@ -116,6 +116,31 @@ def test_what_a_rule_leads_to_is_treated_before_what_weighs_more_and_after_a_tou
     assert visits._to_treat(found) == [Symptom.NEAR_MISS]
     found.asked = Symptom.NO_START
     assert visits._to_treat(found) == []
+
+
+def test_what_the_words_tell_is_treated_before_what_rules_lead_to_and_after_a_touch(patient):
+    found = visits.Visit(patient.facts(), findings=findings_of(patient.facts()))
+    found.told = [Symptom.GOAL_OVERSHOOT, Symptom.WOBBLE_STRAIGHT]
+    found.seen = {s: ["door"] for s in (Symptom.CORNER_CUTTING, Symptom.NO_START)}
+    found.treated = Symptom.CORNER_CUTTING
+    found.probes = PROBES
+    assert visits._to_treat(found)[0] is Symptom.CORNER_CUTTING
+    assert verdict(found).startswith(
+        "No probe shows what your words may tell (goal_overshoot, wobble_straight). In 1 of 3"
+    )
+    found.seen |= {s: ["door"] for s in (Symptom.WOBBLE_STRAIGHT, Symptom.COLLISION)}
+    assert visits._to_treat(found)[:2] == [Symptom.COLLISION, Symptom.WOBBLE_STRAIGHT]
+    assert verdict(found).startswith("In 1 of 3")
+
+
+def test_a_complaint_that_no_probe_shows_is_not_called_nothing_to_improve(patient):
+    # Every trial arrives without a symptom.
+    told = Told("it swings left and right on straight ways, like a snake")
+    found = visits.visit(patient, None, told, Rows([], []), seed=0)
+    assert found.told[0] is Symptom.WOBBLE_STRAIGHT
+    assert "Your words may tell wobble_straight. By the rules" in verdict(found)
+    silent = visits.visit(patient, None, Told(), Rows([], []), seed=0)
+    assert verdict(silent) == "Nothing to improve: no probe shows a symptom."
 
 
 def test_causes_are_tried_where_a_probe_was_made_for_the_symptom(patient):
