@@ -188,8 +188,12 @@ def table() -> None:
         what = f"{entry['symptom']}, {entry['controller']}, {entry['robot']}"
         share = f"{entry['most']:.0%}"
         print(f"| {key} | {what} | {entry['shown']} | {share} | {count} of {len(others)} |")
-    print("\n| case | complaint, robot | then | now | share of threshold now |\n|---|---|---|---|---|")
+    print("\n| case | complaint, robot | then | now | share of threshold now |")
+    print("|---|---|---|---|---|")
     for key, entry in _read(AGAIN).items():
+        if "crash" in entry:
+            print(f"| {key} | {entry['symptom']}, {entry['robot']} | {entry['crash']} |")
+            continue
         what = f"{entry['symptom']}, {entry['controller']}, {entry['robot']}"
         print(f"| {key} | {what} | {entry['then']} | {entry['shown']} | {entry['most']:.0%} |")
 
