@@ -136,7 +136,7 @@ class PackageFiles:
             where = ", ".join(map(str, self.roots))
             raise InputError(
                 f"--package {where}: no robot that drives in .xacro, .urdf, .sdf, .world or "
-                ".model; expected one, or --robot"
+                ".model; expected one, or --robot NAME, such as jackal (`drake-navbench list`)"
             )
 
     def lines(self, picked: Mapping[str, Path | None]) -> list[str]:
