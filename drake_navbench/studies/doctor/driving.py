@@ -21,6 +21,8 @@ from drake_navbench.trial.spec import TrialSpec
 JOURNAL = "journal.jsonl"
 # A batch that takes longer tells how far it is, each time after so long, s.
 TELL_EVERY_S = 30.0
+# From so many trials on, their mean duration tells that of the rest.
+ENOUGH_TO_TELL = 4
 Row = dict[str, Any]
 # From a visit's seed on: the seeds of the first look, of the search, and of the judgement. The
 # first look chooses the probes; its trials in the search would count the same luck twice.
@@ -124,8 +126,10 @@ class Driver:
             now_s = time.monotonic()
             if now_s - told_s >= TELL_EVERY_S and done < len(specs):
                 told_s = now_s
-                rest_s = round((now_s - began_s) / done * (len(specs) - done))
-                self.tell(f"  {done} of {len(specs)} trials driven: about {max(rest_s, 1)} s more")
+                rest_s = max(round((now_s - began_s) / done * (len(specs) - done)), 1)
+                # The first trials take longer: workers begin, and kernels may be compiled.
+                more = f": about {rest_s} s more" if done >= ENOUGH_TO_TELL else ""
+                self.tell(f"  {done} of {len(specs)} trials driven{more}")
 
         drive_each(specs, doctor_row, jobs=self._jobs, on_row=on_row)
         self._driving_s += time.monotonic() - began_s

@@ -76,7 +76,8 @@ class Visit:
     whose causes were tried; None if none was seen. rare: symptoms that are too rare to try causes;
     if all are, the first is called treated. told: the likeliest classes of the user's words, where
     none was asked for. bar: severity from which on a trial counts as showing
-    it; below 1 the sign is weak. alike: the complaints that the user is asked about. around: the
+    it; below 1 the sign is weak. suspicions: of the treated symptom. of_asked: of the one that was
+    asked for, where another is treated. alike: the complaints that the user is asked about. around: the
     user's map, base and computer. proposed: the user's own changes, tried before all. seed: of the
     first look.
     """
@@ -91,6 +92,7 @@ class Visit:
     rare: dict[Symptom, Rarity] = field(default_factory=dict)
     bar: float = 1.0
     suspicions: list[Suspicion] = field(default_factory=list)
+    of_asked: list[Suspicion] = field(default_factory=list)
     alike: list[Alike] = field(default_factory=list)
     tried: list[Tried] = field(default_factory=list)
     judged: list[Judged] = field(default_factory=list)
@@ -236,6 +238,7 @@ def _treat(found: Visit, patient: Patient, told: Told, driver: Driver, *, seed: 
         weak = "a weak sign of " if found.bar < 1.0 else ""
         driver.tell(f"{weak}{symptom} is seen in {', '.join(showing)}")
         if symptom is not found.asked:
+            found.of_asked = found.suspicions
             _suspect(found, symptom, told)
         rarity = _try_causes(found, patient, symptom, showing, driver, seed=seed)
         if not rarity.is_rare:
@@ -319,11 +322,12 @@ def _try_causes(
 def _to_treat(found: Visit) -> list[Symptom]:
     """Returns the symptom that was asked for and its milder form, as far as they are seen.
 
-    Without one: a touch before all, then what the user's words tell, then what a rule that fired
+    If neither is, but a touch, that: it outweighs everything. Without one that was asked for: a touch before all, then what the user's words tell, then what a rule that fired
     leads to, then the weightiest. One is treated if all before it are too rare.
     """
     if found.asked is not None:
-        return [s for s in (found.asked, MILDER.get(found.asked)) if s in found.seen]
+        own = [s for s in (found.asked, MILDER.get(found.asked)) if s in found.seen]
+        return own or [s for s in (Symptom.COLLISION,) if s in found.seen]
     led_to = {symptom for finding in found.findings for symptom in finding.likely}
     seen = [symptom for symptom in BY_WEIGHT if symptom in found.seen]
     ranks = {symptom: number for number, symptom in enumerate(found.told)}

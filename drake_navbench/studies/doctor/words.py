@@ -9,6 +9,7 @@ from drake_navbench.nav2.patch import Place
 from drake_navbench.studies.doctor.causes import Cause
 from drake_navbench.studies.doctor.change import Judged
 from drake_navbench.studies.doctor.cures import Trial, told_with_step
+from drake_navbench.studies.doctor.reading import Suspicion
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
 from drake_navbench.studies.doctor.told import told_blindness, told_failures
 from drake_navbench.studies.doctor.tried import (
@@ -25,7 +26,10 @@ MOST_NAMED = 3
 
 def verdict(visit: Visit) -> str:
     """Returns the verdict of a visit in a few sentences, the last on what the user proposed."""
-    return " ".join([_verdict(visit), *(_proposal_told(visit, trial) for trial in visit.proposed)])
+    told = [_verdict(visit)]
+    if visit.of_asked and visit.asked not in visit.rare:
+        told.append(_first_to_try(visit, visit.of_asked, f"for {visit.asked} "))
+    return " ".join([*told, *(_proposal_told(visit, trial) for trial in visit.proposed)])
 
 
 def _proposal_told(visit: Visit, trial: Trial) -> str:
@@ -61,7 +65,7 @@ def _verdict(visit: Visit) -> str:
         why = "was interrupted" if visit.is_interrupted else "had no time left (--budget)"
         return (
             f"{what} The visit {why} before a cause was tried; the same command goes on. "
-            f"{_first_to_try(visit)}"
+            f"{_first_to_try(visit, visit.suspicions)}"
         )
     outside = [e.suspicion.cause.told for e in visit.tried if e.verdict is Verdict.OUTSIDE]
     could = f" Also possible: {outside[0]}." if outside else ""
@@ -81,19 +85,19 @@ def _nothing_seen(visit: Visit) -> str:
     if visit.asked is None:
         return (
             "No cause found: no probe shows a symptom with this file and robot. Your words may "
-            f"tell {visit.told[0]}. {_first_to_try(visit)}"
+            f"tell {visit.told[0]}. {_first_to_try(visit, visit.suspicions)}"
         )
     others = ", ".join(symptom.value for symptom in visit.seen)
     seen = f" The probes show {others}: give one of these to --symptom." if others else ""
     return (
         f"No cause found: no probe shows {visit.asked} with this file and robot.{seen} "
-        f"{_first_to_try(visit)}"
+        f"{_first_to_try(visit, visit.suspicions)}"
     )
 
 
-def _first_to_try(visit: Visit) -> str:
-    told = [told_with_step(s.cause, visit.facts) for s in visit.suspicions[:MOST_NAMED]]
-    return f"By the rules and by users' reports, try first: {'; '.join(told)}."
+def _first_to_try(visit: Visit, suspicions: Sequence[Suspicion], where: str = "") -> str:
+    told = [told_with_step(s.cause, visit.facts) for s in suspicions[:MOST_NAMED]]
+    return f"By the rules and by users' reports, try {where}first: {'; '.join(told)}."
 
 
 def _is_unfinished(visit: Visit) -> bool:

@@ -118,6 +118,16 @@ def test_what_a_rule_leads_to_is_treated_before_what_weighs_more_and_after_a_tou
     assert visits._to_treat(found) == []
 
 
+def test_a_touch_is_treated_where_no_probe_shows_what_was_asked_for(patient):
+    # The unchanged file touches something in every trial; the change takes that away.
+    driver = Rows([Symptom.COLLISION], [])
+    found = visits.visit(patient, Symptom.SPINS, Told("it spins on the spot"), driver, seed=0)
+    assert found.treated is Symptom.COLLISION
+    told = verdict(found)
+    assert told.startswith("No probe shows spins. In 17 of 17 probes")
+    assert "By the rules and by users' reports, try for spins first: " in told
+
+
 def test_what_the_words_tell_is_treated_before_what_rules_lead_to_and_after_a_touch(patient):
     found = visits.Visit(patient.facts(), findings=findings_of(patient.facts()))
     found.told = [Symptom.GOAL_OVERSHOOT, Symptom.WOBBLE_STRAIGHT]
