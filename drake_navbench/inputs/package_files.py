@@ -130,7 +130,7 @@ class PackageFiles:
         values |= {} if map_file is None else {"map": map_file}
         return values | ({} if nav2_file is None else {nav2: [nav2_file]})
 
-    def require_robot(self, robot: str, default: str) -> None:
+    def require_robot(self, robot: str | None, default: str | None) -> None:
         """Raises InputError if `robot` is the command line's default: no robot was found."""
         if robot == default:
             where = ", ".join(map(str, self.roots))

@@ -16,7 +16,6 @@ from drake_navbench.controller import AskedSpeeds
 from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.drive import AckermannDrive, OmnidirectionalDrive, as_omnidirectional
 from drake_navbench.inputs.robot import ROBOT_FILES, Robot
-from drake_navbench.kernels.footprint import circle_footprint, pad_footprint
 from drake_navbench.nav2.node_reader import NodeReader
 from drake_navbench.nav2.outline import Outline
 

@@ -11,7 +11,13 @@ from drake_navbench.nav2.nav2_setup import Nav2Setup
 from drake_navbench.nav2.node_names import BT_NAVIGATOR, PLANNER_SERVER
 from drake_navbench.nav2.patch import Place
 from drake_navbench.plugins.releases import Release
-from drake_navbench.studies.doctor.causes import COPIES, UNITS, Cause, Direction
+from drake_navbench.studies.doctor.causes import (
+    COPIES,
+    UNITS,
+    Cause,
+    Direction,
+    with_short_outlines,
+)
 from drake_navbench.studies.doctor.facts import ALIASES, CONTROLLER, COSTMAPS, Facts
 from drake_navbench.studies.doctor.in_effect import is_in_effect
 from drake_navbench.studies.doctor.suspects import ranges
@@ -74,7 +80,8 @@ class Trial(NamedTuple):
     @property
     def told(self) -> str:
         """The change in words: 'FollowPath.wz_std: 0.25'."""
-        return ", ".join(f"{place}: {_shown(value)}" for place, value in self.changes.items())
+        told = ", ".join(f"{place}: {_shown(value)}" for place, value in self.changes.items())
+        return with_short_outlines(told)
 
 
 def trials_of(cause: Cause, facts: Facts, setup: Nav2Setup) -> list[Trial]:

@@ -13,7 +13,12 @@ from drake_navbench.studies.doctor.change import Judged
 from drake_navbench.studies.doctor.driving import Driver
 from drake_navbench.studies.doctor.files import Patient, told_files
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
-from drake_navbench.studies.doctor.told import QUESTION, told_no_findings, without_repeated_cures
+from drake_navbench.studies.doctor.told import (
+    QUESTION,
+    told_cures,
+    told_no_findings,
+    without_repeated_cures,
+)
 from drake_navbench.studies.doctor.tried import Tried
 from drake_navbench.studies.doctor.visit import Visit
 from drake_navbench.studies.doctor.words import assumed, change_told, evidence, verdict
@@ -220,7 +225,7 @@ def _findings(visit: Visit) -> list[str]:
         return [f"<h2>What the rules find</h2><p>{told_no_findings(visit.facts)}</p>"]
     rows = [
         f"<tr><td>{escape(f.seen)}<br><small>{escape(f.rule.name)}. Source: "
-        f"{escape(f.rule.source)}</small></td><td>{escape(f.cure_told)}</td></tr>"
+        f"{escape(f.rule.source)}</small></td><td>{escape(told_cures(f, visit.facts))}</td></tr>"
         for f in without_repeated_cures(visit.findings)
     ]
     return [

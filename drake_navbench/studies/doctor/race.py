@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from drake_navbench.analysis.paired_comparison import compare_differences
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.studies.doctor.causes import with_short_outlines
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.driving import Driver, Row, has_failed, severity, shows
 from drake_navbench.studies.doctor.reading import Suspicion
@@ -250,7 +251,8 @@ class Race:
         return found
 
     def _tell_of(self, batch: Sequence[Candidate]) -> None:
-        names = list(dict.fromkeys(c.suspicion.cause.told for c in batch))
+        told = (with_short_outlines(c.suspicion.cause.told) for c in batch)
+        names = list(dict.fromkeys(told))
         more = f" and {len(names) - 3} more" if len(names) > 3 else ""
         trials = len(batch) * FIRST_LOOK + MOST_TO_THE_END * (PAIRS - FIRST_LOOK)
         self._driver.tell(

@@ -72,14 +72,14 @@ BY_WEIGHT = (
 class Visit:
     """The findings of a visit, or of the part of it that the budget allowed.
 
-    seen: by symptom, the probes that show it in at least half of their seeds. treated: the symptom
-    whose causes were tried; None if none was seen. rare: symptoms that are too rare to try causes;
-    if all are, the first is called treated. told: the likeliest classes of the user's words, where
-    none was asked for. bar: severity from which on a trial counts as showing
-    it; below 1 the sign is weak. suspicions: of the treated symptom. of_asked: of the one that was
-    asked for, where another is treated. alike: the complaints that the user is asked about. around: the
-    user's map, base and computer. proposed: the user's own changes, tried before all. seed: of the
-    first look.
+    seen: by symptom, the probes that show it in at least half of their seeds. told: the likeliest
+    classes of the user's words, where no symptom was asked for. treated: the symptom whose causes
+    were tried; None if none was seen. rare: symptoms that are too rare to try causes; if all are,
+    the first is called treated. bar: severity from which on a trial counts as showing it; below 1
+    the sign is weak. suspicions: of the treated symptom. of_asked: of the one that was asked for,
+    where another is treated. alike: the complaints that the user is asked about. around: the user's
+    map, base and computer. proposed: the user's own changes, tried before all. seed: of the first
+    look.
     """
 
     facts: Facts
@@ -322,8 +322,9 @@ def _try_causes(
 def _to_treat(found: Visit) -> list[Symptom]:
     """Returns the symptom that was asked for and its milder form, as far as they are seen.
 
-    If neither is, but a touch, that: it outweighs everything. Without one that was asked for: a touch before all, then what the user's words tell, then what a rule that fired
-    leads to, then the weightiest. One is treated if all before it are too rare.
+    If neither is, but a touch, that: it outweighs everything. If none was asked for: a touch before
+    all, then what the user's words tell, then what a rule that fired leads to, then the weightiest.
+    One is treated if all before it are too rare.
     """
     if found.asked is not None:
         own = [s for s in (found.asked, MILDER.get(found.asked)) if s in found.seen]

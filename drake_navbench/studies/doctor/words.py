@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from drake_navbench.nav2.controllers import SERVER
 from drake_navbench.nav2.patch import Place
-from drake_navbench.studies.doctor.causes import Cause
+from drake_navbench.studies.doctor.causes import Cause, with_short_outlines
 from drake_navbench.studies.doctor.change import Judged
 from drake_navbench.studies.doctor.cures import Trial, told_with_step
 from drake_navbench.studies.doctor.reading import Suspicion
@@ -235,9 +235,8 @@ def change_told(trial: Trial) -> str:
     """
     if trial.cause.place.endswith(".critics") and len(trial.changes) == 1:
         return trial.cause.told
-    return " and ".join(
-        f"{_name_of(place)} = {_plain(value)}" for place, value in trial.changes.items()
-    )
+    told = (f"{_name_of(place)} = {_plain(value)}" for place, value in trial.changes.items())
+    return with_short_outlines(" and ".join(told))
 
 
 def _name_of(place: Place) -> str:

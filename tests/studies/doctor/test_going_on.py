@@ -44,6 +44,7 @@ def test_after_ctrl_c_the_same_command_drives_only_the_rest(file, tmp_path, driv
     command = [str(file), "--out", str(out)]
     assert main(command) == EXIT_INTERRUPTED
     printed = capsys.readouterr()
+    assert "Robot: wheelchair, as no --robot is given." in printed.out
     assert "driving 34 trials" in printed.out
     assert printed.err.endswith("interrupted; the same command goes on\n")
     # What is known so far is written: five trials and the page.

@@ -9,6 +9,7 @@ from drake_navbench.studies.doctor.cures import trials_of
 from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.reading import findings_of, suspicions_of
 from drake_navbench.studies.doctor.symptoms import Symptom
+from drake_navbench.studies.doctor.words import change_told
 
 RULE = "outline-smaller-than-the-model"
 # The base is at the rear axle: the body reaches 0.5 m ahead of it.
@@ -39,7 +40,9 @@ def first_change(own):
     first = suspicions_of(facts, Symptom.COLLISION, Told(""))[0]
     (change, *_) = trials_of(first.cause, facts, own.columns().setup)
     own.before_and_after(change.changes)
-    return {f"{place.node.partition('/')[0]}.{place.name}": v for place, v in change.changes.items()}
+    return {
+        f"{place.node.partition('/')[0]}.{place.name}": v for place, v in change.changes.items()
+    }
 
 
 def test_a_body_longer_than_the_circle_becomes_the_footprint_of_both_costmaps(patient):
@@ -54,6 +57,13 @@ def test_a_body_longer_than_the_circle_becomes_the_footprint_of_both_costmaps(pa
         "local_costmap.footprint": footprint,
         "global_costmap.footprint": footprint,
     }
+    # A line of progress has no room for all corners.
+    first = suspicions_of(own.facts(), Symptom.COLLISION, Told(""))[0]
+    (change, *_) = trials_of(first.cause, own.facts(), own.columns().setup)
+    assert change_told(change) == (
+        "local_costmap: footprint = [[-0.1, -0.25], ...] and "
+        "global_costmap: footprint = [[-0.1, -0.25], ...]"
+    )
     # It is one finding, not a second one of the check's doubt.
     assert "probably-a-mistake" not in {f.rule.name for f in findings_of(own.facts())}
 
