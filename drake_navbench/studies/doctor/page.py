@@ -24,6 +24,8 @@ from drake_navbench.studies.doctor.visit import Visit
 from drake_navbench.studies.doctor.words import assumed, change_told, evidence, verdict
 
 PATCHED, PATCH, PAGE = "patched.yaml", "change.patch", "doctor.html"
+# The mark of a line that ends its file without an end of line.
+UNENDED = "\n\\ No newline at end of file\n"
 STYLE = (
     "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;"
     "color:#1c1c1c;background:#fff}"
@@ -45,7 +47,7 @@ def patch_of(patient: Patient, cure: Judged) -> tuple[str, str]:
     lines = difflib.unified_diff(
         patient.text.splitlines(keepends=True), after.splitlines(keepends=True), name, name
     )
-    return after, "".join(lines)
+    return after, "".join(line if line.endswith("\n") else line + UNENDED for line in lines)
 
 
 def write_outputs(

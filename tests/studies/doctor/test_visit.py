@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from doctor_texts import MPPI, MPPI_BLOCK, nav2_text
@@ -20,7 +22,7 @@ from drake_navbench.studies.doctor.detectors import detectors_digest
 from drake_navbench.studies.doctor.differences import with_differences
 from drake_navbench.studies.doctor.driving import SEARCH_SEED, Driver
 from drake_navbench.studies.doctor.experiment import TOGETHER
-from drake_navbench.studies.doctor.page import write_outputs
+from drake_navbench.studies.doctor.page import patch_of, write_outputs
 from drake_navbench.studies.doctor.probes import LONGEST_S, MAKERS, ROUGH, probes_for
 from drake_navbench.studies.doctor.reading import findings_of, suspicions_of
 from drake_navbench.studies.doctor.symptoms import Symptom
@@ -99,6 +101,17 @@ def test_the_page_begins_with_the_verdict_and_the_patch_applies(patient, tmp_pat
     assert "consider_footprint: true" in (tmp_path / "patched.yaml").read_text()
     patch = (tmp_path / "change.patch").read_text()
     assert "-        consider_footprint: false\n+        consider_footprint: true\n" in patch
+
+
+def test_the_patch_of_a_file_without_a_last_end_of_line_applies():
+    patient = SimpleNamespace(
+        paths=[Path("nav2.yaml")], text="a: 1\nb: 2", patched_text=lambda changes: "a: 1\nb: 3"
+    )
+    _, patch = patch_of(patient, SimpleNamespace(trial=SimpleNamespace(changes={})))
+    assert patch.splitlines() == [
+        "--- nav2.yaml", "+++ nav2.yaml", "@@ -1,2 +1,2 @@", " a: 1",
+        "-b: 2", "\\ No newline at end of file", "+b: 3", "\\ No newline at end of file",
+    ]  # fmt: skip
 
 
 def test_what_a_rule_leads_to_is_treated_before_what_weighs_more_and_after_a_touch(patient):
