@@ -30,6 +30,7 @@ from drake_navbench.studies.doctor.tried import (
     MORE_PAIRS,
     MOST_PAIRS,
     NEARLY_ALL,
+    NO_TIME,
     PAIRS,
     Rarity,
     Tried,
@@ -45,7 +46,6 @@ GLANCE, FIRST_LOOK, FIRST_FALL, ENOUGH = 3, 4, 0.1, 2
 MOST_TO_THE_END = 3
 # A change that lowers the severity by this share may help, and has a third look.
 HALF = 0.5
-NO_TIME = "the time was too short for more pairs"
 # Symptoms that end a drive early. If a change brings one of them, the drive may not reach the place
 # where the treated symptom showed, and says nothing about it.
 CUTS_SHORT = (

@@ -13,8 +13,10 @@ from drake_navbench.studies.doctor.reading import Suspicion
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
 from drake_navbench.studies.doctor.told import told_blindness, told_failures
 from drake_navbench.studies.doctor.tried import (
+    LEAST_FALL,
     LEAST_FALLS,
     MOST_PAIRS,
+    NO_TIME,
     Rarity,
     Tried,
     Verdict,
@@ -67,6 +69,14 @@ def _verdict(visit: Visit) -> str:
             f"{what} The visit {why} before a cause was tried; the same command goes on. "
             f"{_first_to_try(visit, visit.suspicions)}"
         )
+    best = _cut_off(visit)
+    if best is not None:
+        pairs = f"{best.pairs} pair{'s' * (best.pairs != 1)}"
+        return (
+            f"{what} No cause is shown yet: there was no time for more pairs. With "
+            f"{_cause_told(best)} its severity (shown above 1) falls from {best.before:.2f} to {best.after:.2f} in "
+            f"{pairs}, too few to show it; the same command goes on from there."
+        )
     outside = [e.suspicion.cause.told for e in visit.tried if e.verdict is Verdict.OUTSIDE]
     could = f" Also possible: {outside[0]}." if outside else ""
     ended = " There was no time to try more." if _is_unfinished(visit) else ""
@@ -98,6 +108,18 @@ def _nothing_seen(visit: Visit) -> str:
 def _first_to_try(visit: Visit, suspicions: Sequence[Suspicion], where: str = "") -> str:
     told = [told_with_step(s.cause, visit.facts) for s in suspicions[:MOST_NAMED]]
     return f"By the rules and by users' reports, try {where}first: {'; '.join(told)}."
+
+
+def _cut_off(visit: Visit) -> Tried | None:
+    """Returns the change that helps most of those for which the time was too short; None if none.
+
+    A change that others outdid, or without effect, is none of these.
+    """
+    if not _is_unfinished(visit):
+        return None
+    able = [e for e in visit.tried if e.trial and e.reason in ("", NO_TIME) and not e.touches]
+    helping = [e for e in able if e.fall >= LEAST_FALL]
+    return max(helping, key=lambda e: e.fall, default=None)
 
 
 def _is_unfinished(visit: Visit) -> bool:

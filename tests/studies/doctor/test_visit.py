@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import pytest
 from doctor_texts import MPPI, MPPI_BLOCK, nav2_text
-from fake_drives import CAUSE, PROBES, TRIAL, Counted, Rows, judged
+from fake_drives import CAUSE, PROBES, TRIAL, Counted, Rows, judged, tried
 
 from drake_navbench.commands.doctor import main
 from drake_navbench.inputs.robot import load_robot
@@ -26,6 +26,7 @@ from drake_navbench.studies.doctor.page import patch_of, write_outputs
 from drake_navbench.studies.doctor.probes import LONGEST_S, MAKERS, ROUGH, probes_for
 from drake_navbench.studies.doctor.reading import findings_of, suspicions_of
 from drake_navbench.studies.doctor.symptoms import Symptom
+from drake_navbench.studies.doctor.tried import NO_TIME
 from drake_navbench.studies.doctor.words import change_told, verdict
 
 
@@ -164,6 +165,26 @@ def test_a_complaint_that_no_probe_shows_is_not_called_nothing_to_improve(patien
     assert "Your words may tell wobble_straight. By the rules" in verdict(found)
     silent = visits.visit(patient, None, Told(), Rows([], []), seed=0)
     assert verdict(silent) == "Nothing to improve: no probe shows a symptom."
+
+
+@pytest.mark.parametrize(
+    ("after", "reason", "is_out_of_time", "told"),
+    [
+        (0.0, NO_TIME, True, "(shown above 1) falls from 2.00 to 0.00 in 3 pairs, too few to"),
+        # 10% less is no promise, and with all the time it is only not shown.
+        (1.8, NO_TIME, True, "No cause found: no change that was tried removes the symptom."),
+        (0.0, "others do more in the first pairs", True, "No cause found"),
+        (0.0, "", False, "No cause found"),
+    ],
+)
+def test_a_change_that_the_end_of_the_time_cut_off_is_named(
+    patient, after, reason, is_out_of_time, told
+):
+    found = visits.Visit(patient.facts(), treated=Symptom.COLLISION, probes=PROBES)
+    found.seen = {Symptom.COLLISION: ["door"]}
+    found.is_out_of_time = is_out_of_time
+    found.tried = [tried(2.0, after, 1.0, pairs=3, reason=reason)]
+    assert told in verdict(found)
 
 
 def test_causes_are_tried_where_a_probe_was_made_for_the_symptom(patient):
