@@ -93,7 +93,7 @@ def note_body(outlines: Outlines, robot: Robot, base_name: str) -> None:
 
 
 def reach_beyond_m(robot: Robot) -> float:
-    """Returns how far a robot's true outline reaches beyond its costmaps' padded one, m."""
+    """Returns the reach of a robot's true outline beyond its costmaps' padded one, m."""
     padded = shapely.Polygon(robot.padded_outline)
     return float(max(padded.distance(shapely.Point(corner)) for corner in robot.outline))
 
