@@ -69,14 +69,14 @@ def _verdict(visit: Visit) -> str:
             f"{what} The visit {why} before a cause was tried; the same command goes on. "
             f"{_first_to_try(visit, visit.suspicions)}"
         )
-    best = _cut_off(visit)
-    if best is not None:
-        fall = f"from {best.before:.2f} to {best.after:.2f}"
-        pairs = f"{best.pairs} pair{'s' * (best.pairs != 1)}"
+    cut_off = _cut_off(visit)
+    if cut_off is not None:
+        fall = f"from {cut_off.before:.2f} to {cut_off.after:.2f}"
+        pairs = f"{cut_off.pairs} pair{'s' * (cut_off.pairs != 1)}"
         return (
             f"{what} No cause is shown yet: there was no time for more pairs. With "
-            f"{_cause_told(best)} its severity (shown above 1) falls {fall} in {pairs}, too few to "
-            "show it; the same command goes on from there."
+            f"{_cause_told(cut_off)} its severity (shown above 1) falls {fall} in {pairs}, too few "
+            "to show it; the same command goes on from there."
         )
     outside = [e.suspicion.cause.told for e in visit.tried if e.verdict is Verdict.OUTSIDE]
     could = f" Also possible: {outside[0]}." if outside else ""

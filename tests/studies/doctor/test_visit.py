@@ -170,7 +170,12 @@ def test_a_complaint_that_no_probe_shows_is_not_called_nothing_to_improve(patien
 @pytest.mark.parametrize(
     ("after", "reason", "is_out_of_time", "told"),
     [
-        (0.0, NO_TIME, True, "(shown above 1) falls from 2.00 to 0.00 in 3 pairs, too few to"),
+        (
+            0.0,
+            NO_TIME,
+            True,
+            "(shown above 1) falls from 2.00 to 0.00 in 3 pairs, too few to show it",
+        ),
         # 10% less is no promise, and with all the time it is only not shown.
         (1.8, NO_TIME, True, "No cause found: no change that was tried removes the symptom."),
         (0.0, "others do more in the first pairs", True, "No cause found"),
