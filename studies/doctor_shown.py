@@ -3,6 +3,7 @@
     python studies/doctor_cases.py files FILES     fetches the files of the cases
     python studies/doctor_shown.py look FILES DIR  looks at the next cases; goes on where it stopped
     python studies/doctor_shown.py table           the answers so far, as a table
+    python studies/doctor_shown.py again FILES DIR looks once more, by today's detectors
 
 Written before a case was driven:
 
@@ -35,6 +36,13 @@ by the cycles, of which today's detector, since then by half widths, sees 80% wi
 None of 5 controls, files with another's complaint, is shown (7 were driven: P36 shows its class
 without a condition, and F37 with the class of F39 is a complaint itself). P31, P33 and the blind
 complaints were not driven, for want of time.
+
+- *Again*, committed before the first of these looks: all cases of this study and of
+  `doctor_visits.py` whose controller is RPP or DWB (a shim before it, too), RPP's first, each once
+  and with one seed a probe, by the program of that day. No detector, threshold or probe is changed
+  afterwards because of them. The first answers stay; the page gives both. What is counted: shown,
+  weakly or no, then and now, of the same cases. MPPI's are left out, since their trials take five
+  to ten times as long. The end of the time ends it; cases that were not reached are named.
 """
 
 from __future__ import annotations
@@ -44,6 +52,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import doctor_visits
 from doctor_visits import drivable_cases, patient_of
 from planted_faults import HERE
 
@@ -58,7 +67,7 @@ from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.visit import MILDER, WEAK, seen_in
 
 LISTS = [HERE / "doctor_cases" / f"fresh_{name}.yaml" for name in ("two", "three", "four")]
-ANSWERS = HERE / "doctor_shown.json"
+ANSWERS, AGAIN = HERE / "doctor_shown.json", HERE / "doctor_again.json"
 LEFT_OUT = {
     "G01": "servers that answer late: the computer",
     "G06": "a walking robot drops slow turns",
@@ -90,12 +99,40 @@ def look(files: Path, out: Path) -> None:
     order = in_order(files)
     print(f"{len(order)} cases: {' '.join(case.id for case, _ in order)}", flush=True)
     for case, robot in order:
-        if case.id not in _read():
-            try:
-                entry = _look_at(case, robot, files, out / case.id)
-            except (NavbenchError, ArithmeticError, LookupError, TypeError, ValueError) as error:
-                entry = {"crash": f"{type(error).__name__}: {error}"}
-            _keep(case.id, {"symptom": case.symptom_class, "robot": robot} | entry)
+        if case.id not in _read(ANSWERS):
+            _keep(ANSWERS, case.id, _answer(case, robot, files, out))
+
+
+def again(files: Path, out: Path) -> None:
+    """Looks once more at the cases with RPP and DWB that were looked at or visited."""
+    then = _read(doctor_visits.DRIVEN) | _read(ANSWERS)
+    cheap = ("rpp", "dwb")
+    cases = [
+        (case, robot)
+        for case, robot in in_order(files) + doctor_visits.in_order(files)
+        if case.id in then and kind_in(case.controller) in cheap
+    ]
+    for case, robot in sorted(cases, key=lambda entry: cheap.index(kind_in(entry[0].controller))):
+        if case.id not in _read(AGAIN):
+            entry = _answer(case, robot, files, out)
+            _keep(AGAIN, case.id, {"then": _shown_then(then[case.id])} | entry)
+
+
+def _shown_then(entry: dict[str, Any]) -> str:
+    """Returns the first answer: that of a look, or of a visit, which keeps what it has seen."""
+    if "shown" in entry and isinstance(entry["shown"], str):
+        return entry["shown"]
+    if entry["symptom"] not in entry["seen"]:
+        return "milder" if entry.get("treated") else "no"
+    return "yes" if entry.get("bar", 1.0) == 1.0 else "weakly"
+
+
+def _answer(case: Case, robot: str, files: Path, out: Path) -> dict[str, Any]:
+    try:
+        entry = _look_at(case, robot, files, out / case.id)
+    except (NavbenchError, ArithmeticError, LookupError, TypeError, ValueError) as error:
+        entry = {"crash": f"{type(error).__name__}: {error}"}
+    return {"symptom": case.symptom_class, "robot": robot} | entry
 
 
 def _look_at(case: Case, robot: str, files: Path, folder: Path) -> dict[str, Any]:
@@ -126,19 +163,19 @@ def _look_at(case: Case, robot: str, files: Path, folder: Path) -> dict[str, Any
     }
 
 
-def _read() -> dict[str, Any]:
-    done: dict[str, Any] = json.loads(ANSWERS.read_text()) if ANSWERS.exists() else {}
+def _read(path: Path) -> dict[str, Any]:
+    done: dict[str, Any] = json.loads(path.read_text()) if path.exists() else {}
     return done
 
 
-def _keep(key: str, entry: Any) -> None:
-    ANSWERS.write_text(json.dumps(_read() | {key: entry}, indent=1) + "\n", encoding="utf-8")
+def _keep(path: Path, key: str, entry: Any) -> None:
+    path.write_text(json.dumps(_read(path) | {key: entry}, indent=1) + "\n", encoding="utf-8")
     print(key, entry, flush=True)
 
 
 def table() -> None:
     """Prints the answers, those that are shown first, and what chance is."""
-    done = _read()
+    done = _read(ANSWERS)
     looked = {key: e for key, e in done.items() if "shown" in e}
     for key in done.keys() - looked.keys():
         print(f"{key} is not counted: {done[key]['crash']}")
@@ -151,6 +188,14 @@ def table() -> None:
         what = f"{entry['symptom']}, {entry['controller']}, {entry['robot']}"
         share = f"{entry['most']:.0%}"
         print(f"| {key} | {what} | {entry['shown']} | {share} | {count} of {len(others)} |")
+    print("\n| case | complaint, robot | then | now | share of threshold now |")
+    print("|---|---|---|---|---|")
+    for key, entry in _read(AGAIN).items():
+        if "crash" in entry:
+            print(f"| {key} | {entry['symptom']}, {entry['robot']} | {entry['crash']} |")
+            continue
+        what = f"{entry['symptom']}, {entry['controller']}, {entry['robot']}"
+        print(f"| {key} | {what} | {entry['then']} | {entry['shown']} | {entry['most']:.0%} |")
 
 
 def main() -> None:
@@ -159,13 +204,15 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     steps = parser.add_subparsers(dest="step", required=True)
-    step = steps.add_parser("look", help="look at the next cases; goes on where it stopped")
-    step.add_argument("files", type=Path, help="folder of the cases' files")
-    step.add_argument("folder", type=Path, help="folder of the drives")
+    driven = {"look": look, "again": again}
+    for name, told in (("look", "look at the next cases"), ("again", "look at all once more")):
+        step = steps.add_parser(name, help=f"{told}; goes on where it stopped")
+        step.add_argument("files", type=Path, help="folder of the cases' files")
+        step.add_argument("folder", type=Path, help="folder of the drives")
     steps.add_parser("table", help="print the answers so far as a table")
     arguments = parser.parse_args()
-    if arguments.step == "look":
-        look(arguments.files, arguments.folder)
+    if arguments.step in driven:
+        driven[arguments.step](arguments.files, arguments.folder)
     else:
         table()
 

@@ -5,9 +5,9 @@
     python studies/harmful_faults.py both DIR 2032 in turn: some of the census, then the visits
     python studies/planted_faults_page.py          docs/doctor_planted_faults.md
 
-Both go on where they were stopped. `planted_faults_driven.py` drew faults of which 13 of 14 do no
-harm in any probe, so that its goals were judged on one fault. Here a fault is made stronger until
-it does harm. Written before anything was driven:
+All go on where they were stopped. Of 14 faults of `planted_faults.py` that were driven 13 did no
+harm in any probe, so here a fault is made stronger until it does. Written before anything was
+driven:
 
 - *Draw.* Of the sound files of RPP, DWB and Graceful; seed 2031 also of MPPI and TEB. A seed
   orders all numbers and switches of a file and draws a coin for each number's direction.

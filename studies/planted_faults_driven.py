@@ -1,19 +1,10 @@
-"""Planted faults, driven: does the doctor's experiment find the spoilt parameter and its cure?
+"""Visits of planted faults: does the doctor find the spoilt parameter and its cure by driving?
 
-    python studies/planted_faults_driven.py census DIR N  which of the first N faults show
-    python studies/planted_faults_driven.py visit DIR     whole visits of the harmful ones
-    python studies/planted_faults_page.py                 docs/doctor_planted_faults.md
+What `harmful_faults.py` drives, and how a visit is scored. Written before anything was driven:
 
-Both go on where they were stopped. Written before anything was driven:
-
-- *Subset.* Of the 60 faults those of RPP, DWB and Graceful, whose trials are short: 36. A seed
-  (43) orders the twelve of each controller; one of each controller in turn makes the order of all.
-  As many are driven in this order as the time allows, at least twelve. None is left out after its
-  answer is known.
 - *Harmful* is a fault whose probes show a symptom that the sound file's do not (both: every probe
-  with two seeds; shown is what at least half of a probe's trials show). That is decided by the
-  census, before the doctor sees the file. The others are *harmless in the probes*: a category of
-  their own, counted and left out of the goals, since no experiment on these probes can find them.
+  with two seeds; shown is what at least half of a probe's trials show). That is decided before the
+  doctor sees the file. The others are left out: no experiment on these probes can find them.
 - *Complaint.* Of a harmful fault the doctor is given the weightiest of the new symptoms, as
   `--symptom`, and no words. It does not know the sound file.
 - *Budget.* None in seconds, since the machine is shared; trials are counted instead.
@@ -30,21 +21,16 @@ their sound file, so they are less apart than the intervals suppose.
 
 from __future__ import annotations
 
-import argparse
-import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from planted_faults import (
-    HERE,
     ROBOT,
     Fault,
     _farthest,
     _is_back,
-    drawn,
     patient_of,
     sound_file,
     spoilt_file,
@@ -56,13 +42,10 @@ from drake_navbench.studies.doctor.alike import NOTHING_TOLD
 from drake_navbench.studies.doctor.change import CHANCE
 from drake_navbench.studies.doctor.differences import ways_back, with_differences
 from drake_navbench.studies.doctor.driving import FRESH_SEED, Driver, Row, shows
-from drake_navbench.studies.doctor.files import Patient, speed_asked
-from drake_navbench.studies.doctor.probes import probes_for
+from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.symptoms import Symptom
-from drake_navbench.studies.doctor.visit import BY_WEIGHT, FIRST_SEEDS, Visit, seen_in, visit
+from drake_navbench.studies.doctor.visit import Visit, visit
 
-DRIVEN = HERE / "planted_faults_driven.json"
-CONTROLLERS, ORDER_SEED = ("rpp", "dwb", "graceful"), 43
 FURTHER_SEED, FURTHER_SEEDS = 2 * FRESH_SEED, 2
 NO_BUDGET_S = 1e9
 # Of a visit's row, what counts where that is no entry of it.
@@ -83,66 +66,12 @@ KNOWN: Mapping[str, Callable[[Mapping[str, Any]], bool]] = {
 }
 
 
-def in_order(faults: list[Fault]) -> list[Fault]:
-    """Returns the faults that may be driven, in the order in which they are."""
-    generator = np.random.default_rng(ORDER_SEED)
-    queues = []
-    for controller in CONTROLLERS:
-        own = [fault for fault in faults if fault.controller == controller]
-        queues.append([own[int(i)] for i in generator.permutation(len(own))])
-    return [fault for turn in zip(*queues, strict=True) for fault in turn]
-
-
-def census(faults: list[Fault], out: Path, most: int) -> None:
-    """Drives the probes of the sound files and of the first faults, and keeps what they show."""
-    done = _read()
-    for controller in CONTROLLERS:
-        name = f"sound_{controller}"
-        if name not in done:
-            done[name] = _shown_by(sound_file(controller), out / name)
-            _write(done)
-    for fault in in_order(faults)[:most]:
-        if fault.name in done:
-            continue
-        seen = _shown_by(spoilt_file(fault), out / fault.name)
-        new = [
-            s.value for s in BY_WEIGHT if s in seen and s not in done[f"sound_{fault.controller}"]
-        ]
-        done[fault.name] = {"seen": seen, "harmful": new}
-        _write(done)
-        print(fault.name, fault.sound, fault.spoilt, new, flush=True)
-
-
-def _shown_by(file: Mapping[str, Any], folder: Path) -> list[str]:
-    """Returns the symptoms that the probes show of a file."""
-    patient, driver = patient_and_driver(file, folder)
-    columns = patient.columns()
-    robot = columns.setup.robot
-    probes = probes_for(robot, speed_asked(patient.facts(), robot), seed=0)
-    rows = driver.drive(
-        patient.chosen(columns), list(probes.values()), FIRST_SEEDS, seed=0, must=True
-    )
-    return sorted(symptom.value for symptom in seen_in(rows))
-
-
 def patient_and_driver(file: Mapping[str, Any], folder: Path) -> tuple[Patient, Driver]:
     folder.mkdir(parents=True, exist_ok=True)
     driver = Driver(
         folder, ROBOT, jobs=available_cores(), budget_s=NO_BUDGET_S, tell=lambda line: None
     )
     return patient_of(file, folder), driver
-
-
-def visit_all(faults: list[Fault], out: Path) -> None:
-    """Visits, as the doctor, each harmful fault that was not visited."""
-    done = _read()
-    for fault in in_order(faults):
-        row = done.get(fault.name)
-        if row is None or not row["harmful"] or "first" in row:
-            continue
-        row |= visited_by(fault, Symptom(row["harmful"][0]), out / fault.name)
-        _write(done)
-        print(fault.name, row, flush=True)
 
 
 def visited_by(fault: Fault, complaint: Symptom, folder: Path) -> dict[str, Any]:
@@ -226,67 +155,13 @@ def _more(old: list[Row], new: list[Row], symptom: Symptom) -> int:
     return sum(shows(b, symptom) for _, b in pairs) - sum(shows(a, symptom) for a, _ in pairs)
 
 
-def _read() -> dict[str, Any]:
-    done: dict[str, Any] = json.loads(DRIVEN.read_text()) if DRIVEN.exists() else {}
-    return done
-
-
-def _write(done: Mapping[str, Any]) -> None:
-    DRIVEN.write_text(json.dumps(done, indent=1) + "\n", encoding="utf-8")
-
-
 def share_text(count: int, of: int) -> str:
     """Returns the 95% interval of a share: '42% to 98%'."""
     interval = share_interval(count / of, of)
     return f"{interval.low:.0%} to {interval.high:.0%}"
 
 
-def driven_lines(faults: list[Fault]) -> Iterator[str]:
-    """Yields the part of the page about what was driven."""
-    done = _read()
-    own = [(f, done[f.name]) for f in in_order(faults) if f.name in done]
-    yield from ["", "## Driven", ""]
-    if not own:
-        yield "None of the faults was driven."
-        return
-    harmful = [(f, row) for f, row in own if row["harmful"]]
-    visited = [row for _, row in harmful if "first" in row]
-    yield f"{len(own)} of the faults of RPP, DWB and Graceful were driven through the probes."
-    yield f"{len(own) - len(harmful)} of them are harmless there, {len(harmful)} are harmful."
-    yield f"The doctor was given {len(visited)} of the harmful ones, with the symptom."
-    yield "Symptoms of the sound files, to which a fault that only adds counts as harmless:"
-    for c in CONTROLLERS:
-        told = ", ".join(done.get(f"sound_{c}", ())) or "none"
-        yield f"{c}: {told}{'.' if c == CONTROLLERS[-1] else ';'}"
-    for fault, row in harmful:
-        yield f"The harmful one is {fault.controller}'s `{fault.place.rpartition(': ')[2]}` of"
-        yield f"{fault.spoilt} in place of {fault.sound}: the first cause shown is"
-        yield f"`{row.get('shown') or 'none'}`, the change {row['change'] or 'none'}."
-
-
 def score_of(rows: Sequence[Mapping[str, Any]], key: str) -> tuple[int, int]:
     """Returns the number of visits that have a score, and of those of which it is known."""
     known = [row for row in rows if KNOWN.get(key, lambda row: True)(row)]
     return sum(bool(COUNTED.get(key, itemgetter(key))(row)) for row in known), len(known)
-
-
-def main() -> None:
-    """Runs a step of the study."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    steps = parser.add_subparsers(dest="step", required=True)
-    step = steps.add_parser("census", help="drive the probes with each fault")
-    step.add_argument("folder", type=Path, help="folder of the drives")
-    step.add_argument("number", type=int, help="number of faults to drive, in their order")
-    step = steps.add_parser("visit", help="visit the faults that do harm; goes on where it stopped")
-    step.add_argument("folder", type=Path, help="folder of the drives")
-    arguments = parser.parse_args()
-    if arguments.step == "census":
-        census(drawn(), arguments.folder, arguments.number)
-    else:
-        visit_all(drawn(), arguments.folder)
-
-
-if __name__ == "__main__":
-    main()

@@ -10,7 +10,6 @@ from collections.abc import Iterator
 
 from harmful_faults_page import harmful_lines
 from planted_faults import FAULTS_EACH, HERE, drawn, read_score
-from planted_faults_driven import driven_lines
 
 PAGE = HERE.parent / "docs" / "doctor_planted_faults.md"
 HEAD = f"""\
@@ -50,7 +49,6 @@ def page_lines() -> Iterator[str]:
     chance = sum(row["chance"] for row in rows)
     told = "no skill: any parameter and direction at random"
     yield f"| {told} | {chance:.1f} | {chance / count:.0%} |"
-    yield from driven_lines(faults)
     yield from harmful_lines()
     yield ""
 

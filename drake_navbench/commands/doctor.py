@@ -14,6 +14,7 @@ from drake_navbench.commands.command_line import (
     print_text,
 )
 from drake_navbench.commands.doctor_options import (
+    LENT_ROBOT,
     build_parser,
     option_of,
     require_options_that_are_used,
@@ -60,8 +61,12 @@ def _look_into_package(arguments: argparse.Namespace) -> int:
 
 
 def _look_at_files(arguments: argparse.Namespace) -> int:
+    from drake_navbench.studies.doctor.told import told_of_lent_robot, wrapped
+
     if not arguments.files:
         raise InputError("doctor: expected a Nav2 file, --package, --log or --score")
+    is_lent = arguments.robot is None
+    arguments.robot = arguments.robot or LENT_ROBOT
     if arguments.measure_board is not None:
         _measure_board(arguments)
         return EXIT_DONE
@@ -80,6 +85,8 @@ def _look_at_files(arguments: argparse.Namespace) -> int:
     _read(patient, symptom, told)
     if arguments.read_only:
         return EXIT_DONE
+    if is_lent:
+        print_text("\n".join(wrapped(told_of_lent_robot(arguments.robot), rest="  ")) + "\n")
     return _visit(patient, symptom, told, arguments, report=report, proposed=proposed)
 
 
@@ -87,7 +94,7 @@ def _with_package(arguments: argparse.Namespace) -> argparse.Namespace:
     """Returns the arguments, completed from a robot's repository; prints the files found there."""
     from drake_navbench.studies.doctor.package import with_package
 
-    arguments, lines = with_package(arguments, build_parser().get_default("robot"))
+    arguments, lines = with_package(arguments)
     print_text("\n".join([*lines, ""]) + "\n")
     return arguments
 
@@ -168,7 +175,8 @@ def _proposed(arguments: argparse.Namespace, patient: Patient) -> list[Trial]:
 def _symptom(arguments: argparse.Namespace) -> Symptom | None:
     """Returns the class of `--symptom`; prints the class that was taken for words.
 
-    Words of `--told` alone, which may be about the robot, take no class; the likeliest are printed.
+    Words of `--told` alone may be about the robot: their likeliest classes are printed, and treated
+    first if the probes show them.
     """
     from drake_navbench.studies.doctor.complaints import symptoms_called, symptoms_told
     from drake_navbench.studies.doctor.told import wrapped
@@ -180,8 +188,8 @@ def _symptom(arguments: argparse.Namespace) -> Symptom | None:
     else:
         found = symptoms_told(arguments.told)
         line = (
-            f"Symptom: none is given. If your words tell one, it may be {', '.join(found[:3])} "
-            "(--symptom NAME takes it)."
+            f"Symptom: none is given. Your words may tell {', '.join(found[:3])}: of what the "
+            "probes show, these come first (--symptom NAME takes one)."
         )
     if len(found) > 1:
         print_text("\n".join([*wrapped(line, rest="  "), ""]))
@@ -238,7 +246,7 @@ def _visit(
     from drake_navbench.processes.machine import available_cores
     from drake_navbench.studies.doctor.driving import Driver
     from drake_navbench.studies.doctor.page import write_outputs
-    from drake_navbench.studies.doctor.told import told_of_robot, wrapped
+    from drake_navbench.studies.doctor.told import wrapped
     from drake_navbench.studies.doctor.visit import visit
     from drake_navbench.studies.doctor.words import verdict
 
@@ -248,8 +256,6 @@ def _visit(
 
     with writing(arguments.out):
         arguments.out.mkdir(parents=True, exist_ok=True)
-    if line := told_of_robot(arguments.robot, build_parser().get_default("robot")):
-        tell(line)
     driver = Driver(
         arguments.out,
         arguments.robot,

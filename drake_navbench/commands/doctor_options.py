@@ -31,6 +31,8 @@ exit status: 0 done, 2 wrong input or a full disk, 130 interrupted (the results
 so far are written; the same command goes on)
 """
 
+# The robot that lends its base and lidar where the user names none.
+LENT_ROBOT = "wheelchair"
 OF_THE_FILE = ("files", "robot", "controller", "nav2_release", "set", "package", "pick")
 # The options that each use of the command reads; a visit reads all others.
 USED = {
@@ -76,8 +78,7 @@ def _add_file(parser: argparse.ArgumentParser) -> None:
     )
     option(
         "--robot NAME|FILE",
-        "robot that lends what no Nav2 file has: mass, drive, lidar (wheelchair)",
-        default="wheelchair",
+        f"robot that lends what no Nav2 file has: mass, drive, lidar ({LENT_ROBOT})",
     )
     option(
         "--package DIR",

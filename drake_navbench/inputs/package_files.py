@@ -168,13 +168,13 @@ class PackageFiles:
             values[nav2] = [*self.halves(nav2_file), nav2_file]
         return values
 
-    def require_robot(self, robot: str, default: str) -> None:
+    def require_robot(self, robot: str | None, default: str | None) -> None:
         """Raises InputError if `robot` is the command line's default: no robot was found."""
         if robot == default:
             where = ", ".join(map(str, self.roots))
             raise InputError(
                 f"--package {where}: no robot that drives in .xacro, .urdf, .sdf, .world or "
-                ".model; expected one, or --robot"
+                ".model; expected one, or --robot NAME, such as jackal (`drake-navbench list`)"
             )
 
     def lines(self, picked: Mapping[str, Path | None]) -> list[str]:

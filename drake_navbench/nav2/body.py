@@ -16,7 +16,6 @@ from drake_navbench.controller import AskedSpeeds
 from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.drive import AckermannDrive, OmnidirectionalDrive, as_omnidirectional
 from drake_navbench.inputs.robot import ROBOT_FILES, Robot
-from drake_navbench.kernels.footprint import circle_footprint, pad_footprint
 from drake_navbench.nav2.node_reader import NodeReader
 from drake_navbench.nav2.outline import Outline
 
@@ -24,6 +23,8 @@ Outlines = Sequence[tuple[NodeReader, Outline]]
 # The body may reach this far beyond the costmaps' outline without a note, m: models are rounded.
 TOLERANCE_M = 0.005
 Fields = dict[str, Any]
+# The part of a note on a body that is larger than the costmaps' outline.
+REACHES = "which reaches"
 
 
 def costmap_body(outlines: Outlines) -> dict[str, Any]:
@@ -78,24 +79,23 @@ def note_body(outlines: Outlines, robot: Robot, base_name: str) -> None:
     if robot.collision_outline is None:
         return
     reader, outline = next(entry for entry in outlines if entry[1].is_given)
-    if outline.footprint is not None:
-        taken = np.array(outline.footprint, dtype=float)
-    else:
-        assert outline.radius_m is not None  # One of the two is given.
-        taken = circle_footprint(outline.radius_m)
-    padding = robot.navigation.local_costmap.footprint_padding
-    padded = shapely.Polygon(pad_footprint(taken, padding))
-    outside = max(padded.distance(shapely.Point(corner)) for corner in robot.outline)
+    outside = reach_beyond_m(robot)
     remark = (
         f"used by the costmaps; what touches obstacles is the body of {base_name}, {_size(robot)}"
     )
     status = Status.OTHER_FORM
     if outside > TOLERANCE_M:
-        remark += f", which reaches {outside:.2f} m beyond it"
+        remark += f", {REACHES} {outside:.2f} m beyond it"
         status = Status.DOUBTFUL
     if outline.remark:
         status, remark = Status.STAND_IN, f"{outline.remark}; {remark}"
     reader.note(status, _parameter(outline), remark)
+
+
+def reach_beyond_m(robot: Robot) -> float:
+    """Returns the reach of a robot's true outline beyond its costmaps' padded one, m."""
+    padded = shapely.Polygon(robot.padded_outline)
+    return float(max(padded.distance(shapely.Point(corner)) for corner in robot.outline))
 
 
 def _parameter(outline: Outline) -> str:

@@ -214,13 +214,17 @@ def test_the_doctor_reads_the_nav2_file_of_a_repository_for_its_robot(repository
     assert "* 1 cart_nav/config/nav2_params.yaml" in told
     assert "world:" not in told
     assert "Read: FollowPath (rpp)" in told
-    assert "robot_radius: used by the costmaps; what touches obstacles is the body of" in told
-    # A path longer than a line is broken within a word.
-    assert "cart.urdf.xacro" in told.partition("the body of")[2].replace(" ", "")
+    assert "but the body of the robot's own model goes from x =" in told
     other = repository / "other.yaml"
     other.write_text(DWB)
     assert doctor([str(other), "--package", str(repository), "--read-only"]) == 0
     assert "Read: FollowPath (dwb)" in capsys.readouterr().out
+
+
+def test_a_robot_that_the_user_names_is_enough_even_if_it_is_the_usual_one(repository, capsys):
+    words = ["--package", str(repository), "--pick", "robot=none", "--read-only"]
+    assert doctor([*words, "--robot", "wheelchair"]) == 0
+    assert "Read: FollowPath (rpp)" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from enum import StrEnum
 from typing import Any, NamedTuple
 
@@ -49,6 +50,15 @@ COPIES = {
     "local_costmap.raytrace_max_range": "local_costmap.obstacle_max_range",
     "controller.inflation_cost_scaling_factor": "local_costmap.cost_scaling_factor",
 }
+
+
+# An outline in words: its first corner, and the rest.
+OUTLINE = re.compile(r"(\[\[[^\]]*\]), .*?\]\]")
+
+
+def with_short_outlines(text: str) -> str:
+    """Returns a text in which '[[0.1, 0.2], ...]' stands for a whole outline."""
+    return OUTLINE.sub(r"\1, ...]", text)
 
 
 class Direction(StrEnum):

@@ -11,8 +11,15 @@ from drake_navbench.nav2.nav2_setup import Nav2Setup
 from drake_navbench.nav2.node_names import BT_NAVIGATOR, PLANNER_SERVER
 from drake_navbench.nav2.patch import Place
 from drake_navbench.plugins.releases import Release
-from drake_navbench.studies.doctor.causes import COPIES, UNITS, Cause, Direction
+from drake_navbench.studies.doctor.causes import (
+    COPIES,
+    UNITS,
+    Cause,
+    Direction,
+    with_short_outlines,
+)
 from drake_navbench.studies.doctor.facts import ALIASES, CONTROLLER, COSTMAPS, Facts
+from drake_navbench.studies.doctor.in_effect import is_in_effect
 from drake_navbench.studies.doctor.suspects import ranges
 from drake_navbench.studies.doctor.usual import unusual_value
 
@@ -58,6 +65,9 @@ LOOK_AT_OUTLINE = frozenset(
 # The inflation that is tried reaches this much beyond the outline, m.
 CELL_M = 0.05
 SIDES = {"width": "height", "height": "width"}
+OUTLINES = {
+    f"local_costmap.{name}": f"global_costmap.{name}" for name in ("footprint", "robot_radius")
+}
 OWN_NODES = {"planner": PLANNER_SERVER, "behavior_tree": BT_NAVIGATOR}
 
 
@@ -70,7 +80,8 @@ class Trial(NamedTuple):
     @property
     def told(self) -> str:
         """The change in words: 'FollowPath.wz_std: 0.25'."""
-        return ", ".join(f"{place}: {_shown(value)}" for place, value in self.changes.items())
+        told = ", ".join(f"{place}: {_shown(value)}" for place, value in self.changes.items())
+        return with_short_outlines(told)
 
 
 def trials_of(cause: Cause, facts: Facts, setup: Nav2Setup) -> list[Trial]:
@@ -93,7 +104,7 @@ def trials_of(cause: Cause, facts: Facts, setup: Nav2Setup) -> list[Trial]:
             new = _value(cause, place, value, facts, step)
             if new is None or new == value:
                 continue
-            for changed in (place, _side_that_follows(cause, place, new, facts)):
+            for changed in (place, _place_that_follows(cause, place, new, facts)):
                 for where in file_places(changed, facts, setup) if changed else ():
                     changes[where] = new
         if changes and changes not in [trial.changes for trial in found]:
@@ -102,6 +113,20 @@ def trials_of(cause: Cause, facts: Facts, setup: Nav2Setup) -> list[Trial]:
         wide = _inflation_for_the_outline(facts, setup)
         found += [Trial(cause, {**found[-1].changes, **wide})] if wide else []
     return found
+
+
+def _place_that_follows(cause: Cause, place: str, new: Any, facts: Facts) -> str:
+    """Returns the place that has to change as well, else ''.
+
+    What the robot is larger than for the local costmap, it is for the global one, too.
+    """
+    if place not in OUTLINES:
+        return _side_that_follows(cause, place, new, facts)
+    other = OUTLINES[place]
+    if cause.direction is Direction.SET:
+        return other if facts.has_node("global_costmap") else ""
+    is_small = cause.direction is Direction.UP and 0.0 < facts.number(other) < new
+    return other if is_small and is_in_effect(facts, other) else ""
 
 
 def _side_that_follows(cause: Cause, place: str, new: Any, facts: Facts) -> str:

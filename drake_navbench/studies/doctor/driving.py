@@ -19,6 +19,10 @@ from drake_navbench.studies.doctor.detectors import detectors_digest, doctor_row
 from drake_navbench.trial.spec import TrialSpec
 
 JOURNAL = "journal.jsonl"
+# A batch that takes longer tells how far it is, each time after so long, s.
+TELL_EVERY_S = 30.0
+# From so many trials on, their mean duration tells that of the rest.
+ENOUGH_TO_TELL = 4
 Row = dict[str, Any]
 # From a visit's seed on: the seeds of the first look, of the search, and of the judgement. The
 # first look chooses the probes; its trials in the search would count the same luck twice.
@@ -107,11 +111,29 @@ class Driver:
             allowed |= missing
             count += 1
         if allowed:
-            began_s = time.monotonic()
-            drive_each(list(allowed.values()), doctor_row, jobs=self._jobs, on_row=self._keep)
-            self._driving_s += time.monotonic() - began_s
-            self.driven += len(allowed)
+            self._drive_all(list(allowed.values()))
         return [[self._rows[spec.identity] for spec in specs] for specs in planned[:count]]
+
+    def _drive_all(self, specs: Sequence[TrialSpec]) -> None:
+        """Drives trials that are in no journal, and tells how far they are."""
+        began_s = told_s = time.monotonic()
+        done = 0
+
+        def on_row(spec: TrialSpec, row: Row) -> None:
+            nonlocal told_s, done
+            self._keep(spec, row)
+            done += 1
+            now_s = time.monotonic()
+            if now_s - told_s >= TELL_EVERY_S and done < len(specs):
+                told_s = now_s
+                rest_s = max(round((now_s - began_s) / done * (len(specs) - done)), 1)
+                # The first trials take longer: workers begin, and kernels may be compiled.
+                more = f": about {rest_s} s more" if done >= ENOUGH_TO_TELL else ""
+                self.tell(f"  {done} of {len(specs)} trials driven{more}")
+
+        drive_each(specs, doctor_row, jobs=self._jobs, on_row=on_row)
+        self._driving_s += time.monotonic() - began_s
+        self.driven += len(specs)
 
     def log(
         self, preset: Preset, probes: Sequence[Scenario], trials: int, *, seed: int, index: int

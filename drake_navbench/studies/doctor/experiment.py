@@ -12,9 +12,10 @@ from typing import Any
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.studies.doctor.causes import Cause, Direction
 from drake_navbench.studies.doctor.cures import Trial, trials_of
 from drake_navbench.studies.doctor.driving import Driver
-from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.facts import CONTROLLER, Facts
 from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.race import Candidate, Race
 from drake_navbench.studies.doctor.reading import Suspicion
@@ -33,6 +34,7 @@ from drake_navbench.typed_files.dotted_names import flattened
 # Changes that are driven in one batch: two for most causes.
 TOGETHER = 6
 PAIRED_BEST = 3
+ASKS_FOR_LESS = "asks for less speed, and makes no robot faster"
 
 
 class Experiment:
@@ -48,7 +50,7 @@ class Experiment:
         *,
         seed: int,
     ) -> None:
-        self._patient, self._facts = patient, facts
+        self._patient, self._facts, self._symptom = patient, facts, symptom
         self._probes, self._driver, self._seed = list(probes), driver, seed
         self._columns = patient.columns()
         before = patient.chosen(self._columns)
@@ -115,6 +117,8 @@ class Experiment:
         """Returns the changes to drive for a cause, and entries for those that are not driven."""
         if suspicion.cause.is_outside:
             return [], [Tried(suspicion, None, Verdict.OUTSIDE)]
+        if self._symptom is Symptom.TOO_SLOW and _asks_for_less(suspicion.cause, self._facts):
+            return [], [Tried(suspicion, None, Verdict.NOT_TRIED, reason=ASKS_FOR_LESS)]
         trials = trials_of(suspicion.cause, self._facts, self._columns.setup)
         if any(
             not self._facts.has_node(p.node.rpartition("/")[2]) for t in trials for p in t.changes
@@ -161,6 +165,12 @@ class Experiment:
             if candidate is not None:
                 found.append(candidate)
         return found
+
+
+def _asks_for_less(cause: Cause, facts: Facts) -> bool:
+    """Tells whether a cure only lowers the speed that the file asks for."""
+    places = (facts.speed_place, f"{CONTROLLER}.max_speed_xy")
+    return cause.direction is Direction.DOWN and cause.place in places
 
 
 def _is_same(before: Preset, after: Preset) -> bool:

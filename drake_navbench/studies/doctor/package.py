@@ -15,9 +15,7 @@ from drake_navbench.inputs.package_files import (
 from drake_navbench.inputs.package_search import find_package_files
 
 
-def with_package(
-    arguments: argparse.Namespace, default_robot: str
-) -> tuple[argparse.Namespace, list[str]]:
+def with_package(arguments: argparse.Namespace) -> tuple[argparse.Namespace, list[str]]:
     """Returns the arguments completed from the repository, and lines on the files found there.
 
     Files and robot of the command line prevail. The map is taken for --goals alone. Raises
@@ -29,7 +27,7 @@ def with_package(
     found = find_package_files([root])
     taken = found.picked(arguments.pick)
     del taken[WORLD]
-    if arguments.robot != default_robot:
+    if arguments.robot is not None:
         taken[ROBOT] = None
     if arguments.files:
         taken[NAV2] = None
@@ -38,7 +36,7 @@ def with_package(
     values = vars(arguments) | found.options(taken, nav2="files")
     if taken[NAV2] is not None:
         values["found_nav2"] = dict.fromkeys(values["files"], len(found.files[NAV2]))
-    found.require_robot(values["robot"], default_robot)
+    found.require_robot(values["robot"], default=None)
     if not values["files"]:
         raise InputError(f"--package {root}: no Nav2 file; expected one, or FILE")
     if arguments.goals and values["map"] is None:

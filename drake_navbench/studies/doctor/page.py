@@ -13,12 +13,19 @@ from drake_navbench.studies.doctor.change import Judged
 from drake_navbench.studies.doctor.driving import Driver
 from drake_navbench.studies.doctor.files import Patient, told_files
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
-from drake_navbench.studies.doctor.told import QUESTION, told_no_findings, without_repeated_cures
+from drake_navbench.studies.doctor.told import (
+    QUESTION,
+    told_cures,
+    told_no_findings,
+    without_repeated_cures,
+)
 from drake_navbench.studies.doctor.tried import Tried
 from drake_navbench.studies.doctor.visit import Visit
 from drake_navbench.studies.doctor.words import assumed, change_told, evidence, verdict
 
 PATCHED, PATCH, PAGE = "patched.yaml", "change.patch", "doctor.html"
+# The mark of a line that ends its file without an end of line.
+UNENDED = "\n\\ No newline at end of file\n"
 STYLE = (
     "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;"
     "color:#1c1c1c;background:#fff}"
@@ -39,7 +46,7 @@ def patch_of(patient: Patient, cure: Judged) -> str:
     for path, after in patient.patched_texts(cure.trial.changes).items():
         before = patient.texts[path].splitlines(keepends=True)
         parts += difflib.unified_diff(before, after.splitlines(keepends=True), path.name, path.name)
-    return "".join(parts)
+    return "".join(line if line.endswith("\n") else line + UNENDED for line in parts)
 
 
 def _patched(patient: Patient, cure: Judged) -> dict[str, str]:
@@ -228,7 +235,7 @@ def _findings(visit: Visit) -> list[str]:
         return [f"<h2>What the rules find</h2><p>{told_no_findings(visit.facts)}</p>"]
     rows = [
         f"<tr><td>{escape(f.seen)}<br><small>{escape(f.rule.name)}. Source: "
-        f"{escape(f.rule.source)}</small></td><td>{escape(f.cure_told)}</td></tr>"
+        f"{escape(f.rule.source)}</small></td><td>{escape(told_cures(f, visit.facts))}</td></tr>"
         for f in without_repeated_cures(visit.findings)
     ]
     return [

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from drake_navbench.analysis.paired_comparison import compare_differences
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.studies.doctor.causes import with_short_outlines
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.driving import Driver, Row, has_failed, severity, shows
 from drake_navbench.studies.doctor.reading import Suspicion
@@ -29,6 +30,7 @@ from drake_navbench.studies.doctor.tried import (
     MORE_PAIRS,
     MOST_PAIRS,
     NEARLY_ALL,
+    NO_TIME,
     PAIRS,
     Rarity,
     Tried,
@@ -44,7 +46,6 @@ GLANCE, FIRST_LOOK, FIRST_FALL, ENOUGH = 3, 4, 0.1, 2
 MOST_TO_THE_END = 3
 # A change that lowers the severity by this share may help, and has a third look.
 HALF = 0.5
-NO_TIME = "the time was too short for more pairs"
 # Symptoms that end a drive early. If a change brings one of them, the drive may not reach the place
 # where the treated symptom showed, and says nothing about it.
 CUTS_SHORT = (
@@ -250,7 +251,8 @@ class Race:
         return found
 
     def _tell_of(self, batch: Sequence[Candidate]) -> None:
-        names = list(dict.fromkeys(c.suspicion.cause.told for c in batch))
+        told = (with_short_outlines(c.suspicion.cause.told) for c in batch)
+        names = list(dict.fromkeys(told))
         more = f" and {len(names) - 3} more" if len(names) > 3 else ""
         trials = len(batch) * FIRST_LOOK + MOST_TO_THE_END * (PAIRS - FIRST_LOOK)
         self._driver.tell(

@@ -36,6 +36,7 @@ from drake_navbench.studies.doctor.rules import (
     monitor,
     mppi,
     mppi_critics,
+    outline,
     planners,
     pursuit,
     releases,
@@ -53,8 +54,8 @@ from drake_navbench.studies.doctor.value_factors import BEYOND, WITHIN, value_fa
 
 MODULES = (mppi, mppi_critics, dwb, dwb_arrival, pursuit, rpp_turns, shim, bands)
 MODULES_OF_SERVERS = (
-    startup, sources, servers, smoother, checkers, monitor, costmaps, inflation, costmap_pairs,
-    planners, releases,
+    startup, sources, servers, smoother, checkers, monitor, outline, costmaps, inflation,
+    costmap_pairs, planners, releases,
 )  # fmt: skip
 RULES: tuple[Rule, ...] = tuple(
     rule for module in (*MODULES, *MODULES_OF_SERVERS) for rule in module.RULES

@@ -52,12 +52,10 @@ def wrapped(text: str, first: str = "", rest: str = INDENT) -> list[str]:
     )
 
 
-def told_of_robot(robot: str, default: str) -> str:
-    """Returns the line about a robot that the user did not name; '' about a named one."""
-    if robot != default:
-        return ""
+def told_of_lent_robot(robot: str) -> str:
+    """Returns the line about the robot that is taken where the user names none."""
     return (
-        f"Robot: {default}, as no --robot is given. A Nav2 file does not have the mass, lidar and "
+        f"Robot: {robot}, as no --robot is given. A Nav2 file does not have the mass, lidar and "
         "drive of yours."
     )
 
@@ -151,14 +149,19 @@ def _named_cures(finding: Finding) -> frozenset[tuple[str, str, str]]:
     return frozenset((cause.place, cause.direction, str(cause.to)) for cause in finding.cures)
 
 
+def told_cures(finding: Finding, facts: Facts) -> str:
+    """Returns the cures of a finding as instructions, the best first."""
+    cures = "; or ".join(told_with_step(cause, facts) for cause in finding.cures)
+    return finding.rule.advice or cures
+
+
 def _finding_lines(finding: Finding, facts: Facts) -> Iterator[str]:
     yield from wrapped(f"{finding.rule.name}: {finding.seen}", "- ")
     likely = finding.likely[:MOST_SYMPTOMS]
     if likely:
         looks = ", or ".join(LOOKS_LIKE[s] for s in likely)
         yield from wrapped(f"possible symptom: the robot {looks}", INDENT)
-    cures = "; or ".join(told_with_step(cause, facts) for cause in finding.cures)
-    yield from wrapped(f"cure: {finding.rule.advice or cures}", INDENT)
+    yield from wrapped(f"cure: {told_cures(finding, facts)}", INDENT)
     yield from wrapped(f"source: {finding.rule.source}", INDENT)
 
 

@@ -27,6 +27,8 @@ FIRST_FACTOR, LATER_FACTOR = 2.0, 4.0
 LEAST_FALLS = 13
 # A change by which the severity falls by a smaller share is of no use.
 LEAST_FALL = 0.3
+# Why a change is dropped that may help.
+NO_TIME = "the time was too short for more pairs"
 # Why a change is not driven that would change nothing.
 IDLE = "no trial depends on it"
 # A symptom counts as taken away if its severity falls by this share.

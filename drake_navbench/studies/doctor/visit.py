@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studies.doctor.alike import Alike, Told
 from drake_navbench.studies.doctor.change import Judged, best_of, judge
+from drake_navbench.studies.doctor.complaints import symptoms_told
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.differences import ways_back, with_differences
 from drake_navbench.studies.doctor.driven_on import driven_on
@@ -39,6 +40,8 @@ CONFIRMING_SEEDS = 4
 WEAK = 0.5
 # What is treated where the probes do not show the symptom that was complained of, but this one.
 MILDER = {Symptom.COLLISION: Symptom.NEAR_MISS}
+# The classes of a user's words, the likeliest, that are treated first where none was asked for.
+MOST_TOLD = 3
 # The causes of a symptom are tried on at most this many probes.
 MOST_SHOWING = 3
 # If several symptoms are seen, these are treated first.
@@ -69,12 +72,14 @@ BY_WEIGHT = (
 class Visit:
     """The findings of a visit, or of the part of it that the budget allowed.
 
-    seen: by symptom, the probes that show it in at least half of their seeds. treated: the symptom
-    whose causes were tried; None if none was seen. rare: symptoms that are too rare to try causes;
-    if all are, the first is called treated. bar: severity from which on a trial counts as showing
-    it; below 1 the sign is weak. alike: the complaints that the user is asked about. around: the
-    user's map, base and computer. proposed: the user's own changes, tried before all. seed: of the
-    first look.
+    seen: by symptom, the probes that show it in at least half of their seeds. told: the likeliest
+    classes of the user's words, where no symptom was asked for. treated: the symptom whose causes
+    were tried; None if none was seen. rare: symptoms that are too rare to try causes; if all are,
+    the first is called treated. bar: severity from which on a trial counts as showing it; below 1
+    the sign is weak. suspicions: of the treated symptom. of_asked: of the one that was asked for,
+    where another is treated. alike: the complaints that the user is asked about. around: the user's
+    map, base and computer. proposed: the user's own changes, tried before all. seed: of the first
+    look.
     """
 
     facts: Facts
@@ -82,10 +87,12 @@ class Visit:
     rows: list[Row] = field(default_factory=list)
     seen: dict[Symptom, list[str]] = field(default_factory=dict)
     asked: Symptom | None = None
+    told: Sequence[Symptom] = ()
     treated: Symptom | None = None
     rare: dict[Symptom, Rarity] = field(default_factory=dict)
     bar: float = 1.0
     suspicions: list[Suspicion] = field(default_factory=list)
+    of_asked: list[Suspicion] = field(default_factory=list)
     alike: list[Alike] = field(default_factory=list)
     tried: list[Tried] = field(default_factory=list)
     judged: list[Judged] = field(default_factory=list)
@@ -146,6 +153,8 @@ def visit(
     facts = patient.facts()
     found = Visit(facts, asked=asked, around=around or Surroundings(), proposed=proposed, seed=seed)
     found.findings = findings_of(facts)
+    if asked is None:
+        found.told = symptoms_told(told.words)[:MOST_TOLD]
     try:
         _look(found, patient, driver, seed=seed)
         _treat(found, patient, told, driver, seed=seed)
@@ -221,12 +230,15 @@ def _treat(found: Visit, patient: Patient, told: Told, driver: Driver, *, seed: 
         milder = MILDER.get(found.asked)
         if milder is not None and found.asked not in found.seen:
             _see(found, milder, 0.5, WEAK)
+    elif found.told and not found.seen:
+        _suspect(found, found.told[0], told)
     for symptom in _to_treat(found):
         found.treated = symptom
         showing = _most_severe(found, symptom)
         weak = "a weak sign of " if found.bar < 1.0 else ""
         driver.tell(f"{weak}{symptom} is seen in {', '.join(showing)}")
         if symptom is not found.asked:
+            found.of_asked = found.suspicions
             _suspect(found, symptom, told)
         rarity = _try_causes(found, patient, symptom, showing, driver, seed=seed)
         if not rarity.is_rare:
@@ -310,14 +322,20 @@ def _try_causes(
 def _to_treat(found: Visit) -> list[Symptom]:
     """Returns the symptom that was asked for and its milder form, as far as they are seen.
 
-    Without one: a touch before all, then what a rule that fired leads to, then the weightiest. One
-    is treated if all before it are too rare.
+    If neither is, but a touch, that: it outweighs everything. If none was asked for: a touch before
+    all, then what the user's words tell, then what a rule that fired leads to, then the weightiest.
+    One is treated if all before it are too rare.
     """
     if found.asked is not None:
-        return [s for s in (found.asked, MILDER.get(found.asked)) if s in found.seen]
+        own = [s for s in (found.asked, MILDER.get(found.asked)) if s in found.seen]
+        return own or [s for s in (Symptom.COLLISION,) if s in found.seen]
     led_to = {symptom for finding in found.findings for symptom in finding.likely}
     seen = [symptom for symptom in BY_WEIGHT if symptom in found.seen]
-    return sorted(seen, key=lambda s: (s is not Symptom.COLLISION, s not in led_to))
+    ranks = {symptom: number for number, symptom in enumerate(found.told)}
+    return sorted(
+        seen,
+        key=lambda s: (s is not Symptom.COLLISION, ranks.get(s, MOST_TOLD), s not in led_to),
+    )
 
 
 def _most_severe(found: Visit, symptom: Symptom) -> list[str]:

@@ -6,14 +6,17 @@ from collections.abc import Sequence
 
 from drake_navbench.nav2.controllers import SERVER
 from drake_navbench.nav2.patch import Place
-from drake_navbench.studies.doctor.causes import Cause
+from drake_navbench.studies.doctor.causes import Cause, with_short_outlines
 from drake_navbench.studies.doctor.change import Judged
 from drake_navbench.studies.doctor.cures import Trial, told_with_step
+from drake_navbench.studies.doctor.reading import Suspicion
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
 from drake_navbench.studies.doctor.told import told_blindness, told_failures
 from drake_navbench.studies.doctor.tried import (
+    LEAST_FALL,
     LEAST_FALLS,
     MOST_PAIRS,
+    NO_TIME,
     Rarity,
     Tried,
     Verdict,
@@ -25,7 +28,10 @@ MOST_NAMED = 3
 
 def verdict(visit: Visit) -> str:
     """Returns the verdict of a visit in a few sentences, the last on what the user proposed."""
-    return " ".join([_verdict(visit), *(_proposal_told(visit, trial) for trial in visit.proposed)])
+    told = [_verdict(visit)]
+    if visit.of_asked and visit.asked not in visit.rare:
+        told.append(_first_to_try(visit, visit.of_asked, f"for {visit.asked} "))
+    return " ".join([*told, *(_proposal_told(visit, trial) for trial in visit.proposed)])
 
 
 def _proposal_told(visit: Visit, trial: Trial) -> str:
@@ -41,6 +47,8 @@ def _verdict(visit: Visit) -> str:
     what = f"In {_probes(visit, visit.treated)} {weak}the robot {LOOKS_LIKE[visit.treated]}."
     if visit.asked not in (None, visit.treated, *visit.rare):
         what = f"No probe shows {visit.asked}. {what}"
+    if visit.told and visit.seen.keys().isdisjoint(visit.told):
+        what = f"No probe shows what your words may tell ({', '.join(visit.told)}). {what}"
     rare = "".join(f" {_rare_told(symptom, rarity)}" for symptom, rarity in visit.rare.items())
     if visit.treated in visit.rare:
         return f"{what}{rare} So no change was tried."
@@ -59,7 +67,16 @@ def _verdict(visit: Visit) -> str:
         why = "was interrupted" if visit.is_interrupted else "had no time left (--budget)"
         return (
             f"{what} The visit {why} before a cause was tried; the same command goes on. "
-            f"{_first_to_try(visit)}"
+            f"{_first_to_try(visit, visit.suspicions)}"
+        )
+    cut_off = _cut_off(visit)
+    if cut_off is not None:
+        fall = f"from {cut_off.before:.2f} to {cut_off.after:.2f}"
+        pairs = f"{cut_off.pairs} pair{'s' * (cut_off.pairs != 1)}"
+        return (
+            f"{what} No cause is shown yet: there was no time for more pairs. With "
+            f"{_cause_told(cut_off)} its severity (shown above 1) falls {fall} in {pairs}, too few "
+            "to show it; the same command goes on from there."
         )
     outside = [e.suspicion.cause.told for e in visit.tried if e.verdict is Verdict.OUTSIDE]
     could = f" Also possible: {outside[0]}." if outside else ""
@@ -74,19 +91,36 @@ def _verdict(visit: Visit) -> str:
 def _nothing_seen(visit: Visit) -> str:
     if _is_unfinished(visit):
         return "The visit ended before the probes were driven; the rules' findings stand below."
-    if visit.asked is None:
+    if visit.asked is None and not visit.told:
         return "Nothing to improve: no probe shows a symptom."
+    if visit.asked is None:
+        return (
+            "No cause found: no probe shows a symptom with this file and robot. Your words may "
+            f"tell {visit.told[0]}. {_first_to_try(visit, visit.suspicions)}"
+        )
     others = ", ".join(symptom.value for symptom in visit.seen)
     seen = f" The probes show {others}: give one of these to --symptom." if others else ""
     return (
         f"No cause found: no probe shows {visit.asked} with this file and robot.{seen} "
-        f"{_first_to_try(visit)}"
+        f"{_first_to_try(visit, visit.suspicions)}"
     )
 
 
-def _first_to_try(visit: Visit) -> str:
-    told = [told_with_step(s.cause, visit.facts) for s in visit.suspicions[:MOST_NAMED]]
-    return f"By the rules and by users' reports, try first: {'; '.join(told)}."
+def _first_to_try(visit: Visit, suspicions: Sequence[Suspicion], where: str = "") -> str:
+    told = [told_with_step(s.cause, visit.facts) for s in suspicions[:MOST_NAMED]]
+    return f"By the rules and by users' reports, try {where}first: {'; '.join(told)}."
+
+
+def _cut_off(visit: Visit) -> Tried | None:
+    """Returns the change that helps most of those for which the time was too short; None if none.
+
+    A change that others outdid, or without effect, is none of these.
+    """
+    if not _is_unfinished(visit):
+        return None
+    able = [e for e in visit.tried if e.trial and e.reason in ("", NO_TIME) and not e.touches]
+    helping = [e for e in able if e.fall >= LEAST_FALL]
+    return max(helping, key=lambda e: e.fall, default=None)
 
 
 def _is_unfinished(visit: Visit) -> bool:
@@ -224,9 +258,8 @@ def change_told(trial: Trial) -> str:
     """
     if trial.cause.place.endswith(".critics") and len(trial.changes) == 1:
         return trial.cause.told
-    return " and ".join(
-        f"{_name_of(place)} = {_plain(value)}" for place, value in trial.changes.items()
-    )
+    told = (f"{_name_of(place)} = {_plain(value)}" for place, value in trial.changes.items())
+    return with_short_outlines(" and ".join(told))
 
 
 def _name_of(place: Place) -> str:

@@ -130,6 +130,16 @@ def test_brakes_that_are_weak_beside_the_accelerations_are_found(found):
     assert "dwb-brakes-weaker-than-it-accelerates" not in even
 
 
+def test_a_wild_acceleration_is_lowered_and_not_the_brakes_made_as_wild(found):
+    name = "dwb-brakes-weaker-than-it-accelerates"
+    cures = {}
+    for accelerates, brakes in ((10.0, -2.5), (10.0, -1.0)):
+        block = DWB_BLOCK | {"acc_lim_x": accelerates, "decel_lim_x": brakes}
+        fired = {f.rule.name: f for f in found(nav2_text(block, plugin=DWB))}
+        cures[brakes] = [cause.to for cause in fired[name].cures]
+    assert cures == {-2.5: [2.5], -1.0: [-2.5, 1.0]}
+
+
 def test_the_command_tells_far_values_after_the_rules_of_the_symptom(tmp_path, capsys):
     path = tmp_path / "nav2.yaml"
     block = MPPI_BLOCK | {"vx_min": 0.0, "GoalCritic": {"cost_weight": 1.25}}

@@ -44,6 +44,7 @@ def test_after_ctrl_c_the_same_command_drives_only_the_rest(file, tmp_path, driv
     command = [str(file), "--out", str(out)]
     assert main(command) == EXIT_INTERRUPTED
     printed = capsys.readouterr()
+    assert "Robot: wheelchair, as no --robot is given." in printed.out
     assert "driving 34 trials" in printed.out
     assert printed.err.endswith("interrupted; the same command goes on\n")
     # What is known so far is written: five trials and the page.
@@ -73,6 +74,26 @@ def test_progress_tells_the_expected_time_and_the_rest_of_the_budget(tmp_path):
     assert driver.told_time(34) == "about 68 s; left 10:00 of the budget"
     driver.driven, driver._driving_s = 10, 5.0
     assert driver.told_time(34).startswith("about 17 s;")
+
+
+def test_a_long_batch_tells_every_half_minute_how_far_it_is(tmp_path, monkeypatch):
+    """Five trials of 20 s: told after 40 s and 80 s, and not after the last."""
+    told, clock = [], [0.0]
+    monkeypatch.setattr(driving.time, "monotonic", lambda: clock[0])
+
+    def drive_each(specs, kept_of, *, jobs, on_row):
+        for spec in specs:
+            clock[0] += 20.0
+            on_row(spec, {"outcome": "succeeded"})
+
+    monkeypatch.setattr(driving, "drive_each", drive_each)
+    driver = Driver(tmp_path, "wheelchair", jobs=1, budget_s=600.0, tell=told.append)
+    driver._drive_all([SimpleNamespace(identity=name) for name in "abcde"])
+    assert told == [
+        "  2 of 5 trials driven",
+        "  4 of 5 trials driven: about 20 s more",
+    ]
+    assert driver.trial_s == 20.0
 
 
 def test_a_layer_that_ends_below_the_borrowed_lidar_is_told_before_anything_is_driven(

@@ -21,7 +21,6 @@ from drake_navbench.studies.doctor.in_effect import is_in_effect
 from drake_navbench.studies.doctor.reading import findings_of, suspicions_of
 from drake_navbench.studies.doctor.suspects import all_suspects, ranges
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
-from drake_navbench.studies.doctor.told import told_of_robot
 
 
 def test_every_symptom_has_suspects_of_every_controller():
@@ -147,8 +146,3 @@ def test_values_of_a_costmap_whose_name_stands_there_once_are_nobody_s(facts):
     assert rule in fired("local_costmap: {local_costmap: %s}")
     assert rule not in fired("local_costmap: %s")
     assert "costmap-named-once" in fired("local_costmap: %s")
-
-
-def test_a_robot_that_was_not_named_is_told():
-    assert told_of_robot("wheelchair", "wheelchair").startswith("Robot: wheelchair, as no --robot")
-    assert told_of_robot("jackal", "wheelchair") == ""

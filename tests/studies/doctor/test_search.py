@@ -262,6 +262,19 @@ def test_flags_without_effect_here_and_nodes_that_the_file_lacks_are_not_driven(
     assert experiment._candidates(Suspicion(weight, 1.0, ())) == ([], [])
 
 
+@pytest.mark.parametrize("symptom", [Symptom.TOO_SLOW, Symptom.WOBBLE_STRAIGHT])
+def test_a_lower_speed_limit_is_no_cure_of_a_robot_that_is_too_slow(patient, symptom):
+    """The symptom is a share of the speed that the file asks for: asking for less hides it."""
+    probes = list(PROBES.values())
+    experiment = Experiment(patient, patient.facts(), symptom, probes, Counted(9.5, 0.0), seed=0)
+    less = Suspicion(Cause("controller.vx_max", Direction.DOWN, 0.3), 1.0, ())
+    driven, told = experiment._candidates(less)
+    assert bool(driven) is (symptom is Symptom.WOBBLE_STRAIGHT)
+    assert [entry.reason for entry in told] == [
+        "asks for less speed, and makes no robot faster"
+    ] * (symptom is Symptom.TOO_SLOW)
+
+
 def test_a_change_that_no_trial_depends_on_is_not_driven(patient):
     text = nav2_text(MPPI_BLOCK, plugin=MPPI, amcl={"max_particles": 2000})
     patient.paths[0].write_text(text)

@@ -4,26 +4,29 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from doctor_texts import MPPI, MPPI_BLOCK, nav2_text
-from fake_drives import CAUSE, PROBES, TRIAL, Counted, Rows, judged
+from fake_drives import CAUSE, PROBES, TRIAL, Counted, Rows, judged, tried
 
 from drake_navbench.commands.doctor import main
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.nav2.patch import Place
 from drake_navbench.studies.doctor import visit as visits
-from drake_navbench.studies.doctor.alike import NOTHING_TOLD
+from drake_navbench.studies.doctor.alike import NOTHING_TOLD, Told
 from drake_navbench.studies.doctor.causes import Direction
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.detectors import detectors_digest
 from drake_navbench.studies.doctor.differences import with_differences
 from drake_navbench.studies.doctor.driving import SEARCH_SEED, Driver
 from drake_navbench.studies.doctor.experiment import TOGETHER
-from drake_navbench.studies.doctor.page import write_outputs
+from drake_navbench.studies.doctor.page import patch_of, write_outputs
 from drake_navbench.studies.doctor.probes import LONGEST_S, MAKERS, ROUGH, probes_for
 from drake_navbench.studies.doctor.reading import findings_of, suspicions_of
 from drake_navbench.studies.doctor.symptoms import Symptom
+from drake_navbench.studies.doctor.tried import NO_TIME
 from drake_navbench.studies.doctor.words import change_told, verdict
 
 
@@ -101,6 +104,17 @@ def test_the_page_begins_with_the_verdict_and_the_patch_applies(patient, tmp_pat
     assert "-        consider_footprint: false\n+        consider_footprint: true\n" in patch
 
 
+def test_the_patch_of_a_file_without_a_last_end_of_line_applies():
+    patient = SimpleNamespace(
+        paths=[Path("nav2.yaml")], text="a: 1\nb: 2", patched_text=lambda changes: "a: 1\nb: 3"
+    )
+    _, patch = patch_of(patient, SimpleNamespace(trial=SimpleNamespace(changes={})))
+    assert patch.splitlines() == [
+        "--- nav2.yaml", "+++ nav2.yaml", "@@ -1,2 +1,2 @@", " a: 1",
+        "-b: 2", "\\ No newline at end of file", "+b: 3", "\\ No newline at end of file",
+    ]  # fmt: skip
+
+
 def test_what_a_rule_leads_to_is_treated_before_what_weighs_more_and_after_a_touch(patient):
     # The rule about the outline leads to corners cut, and to no robot that does not start.
     found = visits.Visit(patient.facts(), findings=findings_of(patient.facts()))
@@ -116,6 +130,66 @@ def test_what_a_rule_leads_to_is_treated_before_what_weighs_more_and_after_a_tou
     assert visits._to_treat(found) == [Symptom.NEAR_MISS]
     found.asked = Symptom.NO_START
     assert visits._to_treat(found) == []
+
+
+def test_a_touch_is_treated_where_no_probe_shows_what_was_asked_for(patient):
+    # The unchanged file touches something in every trial; the change takes that away.
+    driver = Rows([Symptom.COLLISION], [])
+    found = visits.visit(patient, Symptom.SPINS, Told("it spins on the spot"), driver, seed=0)
+    assert found.treated is Symptom.COLLISION
+    told = verdict(found)
+    assert told.startswith("No probe shows spins. In 17 of 17 probes")
+    assert "By the rules and by users' reports, try for spins first: " in told
+
+
+def test_what_the_words_tell_is_treated_before_what_rules_lead_to_and_after_a_touch(patient):
+    found = visits.Visit(patient.facts(), findings=findings_of(patient.facts()))
+    found.told = [Symptom.GOAL_OVERSHOOT, Symptom.WOBBLE_STRAIGHT]
+    found.seen = {s: ["door"] for s in (Symptom.CORNER_CUTTING, Symptom.NO_START)}
+    found.treated = Symptom.CORNER_CUTTING
+    found.probes = PROBES
+    assert visits._to_treat(found)[0] is Symptom.CORNER_CUTTING
+    assert verdict(found).startswith(
+        "No probe shows what your words may tell (goal_overshoot, wobble_straight). In 1 of 3"
+    )
+    found.seen |= {s: ["door"] for s in (Symptom.WOBBLE_STRAIGHT, Symptom.COLLISION)}
+    assert visits._to_treat(found)[:2] == [Symptom.COLLISION, Symptom.WOBBLE_STRAIGHT]
+    assert verdict(found).startswith("In 1 of 3")
+
+
+def test_a_complaint_that_no_probe_shows_is_not_called_nothing_to_improve(patient):
+    # Every trial arrives without a symptom.
+    told = Told("it swings left and right on straight ways, like a snake")
+    found = visits.visit(patient, None, told, Rows([], []), seed=0)
+    assert found.told[0] is Symptom.WOBBLE_STRAIGHT
+    assert "Your words may tell wobble_straight. By the rules" in verdict(found)
+    silent = visits.visit(patient, None, Told(), Rows([], []), seed=0)
+    assert verdict(silent) == "Nothing to improve: no probe shows a symptom."
+
+
+@pytest.mark.parametrize(
+    ("after", "reason", "is_out_of_time", "told"),
+    [
+        (
+            0.0,
+            NO_TIME,
+            True,
+            "(shown above 1) falls from 2.00 to 0.00 in 3 pairs, too few to show it",
+        ),
+        # 10% less is no promise, and with all the time it is only not shown.
+        (1.8, NO_TIME, True, "No cause found: no change that was tried removes the symptom."),
+        (0.0, "others do more in the first pairs", True, "No cause found"),
+        (0.0, "", False, "No cause found"),
+    ],
+)
+def test_a_change_that_the_end_of_the_time_cut_off_is_named(
+    patient, after, reason, is_out_of_time, told
+):
+    found = visits.Visit(patient.facts(), treated=Symptom.COLLISION, probes=PROBES)
+    found.seen = {Symptom.COLLISION: ["door"]}
+    found.is_out_of_time = is_out_of_time
+    found.tried = [tried(2.0, after, 1.0, pairs=3, reason=reason)]
+    assert told in verdict(found)
 
 
 def test_causes_are_tried_where_a_probe_was_made_for_the_symptom(patient):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from drake_navbench.nav2.body import REACHES
 from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.rules.quantities import driven_mps, half_window_m, whole_m
@@ -17,7 +18,9 @@ USUAL_DECELERATION_MPS2 = 1.0
 # The check's remark on a layer that listens to no sensor.
 WITHOUT_SOURCES = "without observation_sources"
 # Parts of the check's remarks for which there are rules.
-OF_RULES = ("sees nothing", "inscribed radius", "has a radius", "velocity smoother lets through")
+OF_RULES = (
+    "sees nothing", "inscribed radius", "has a radius", "velocity smoother lets through", REACHES,
+)  # fmt: skip
 
 
 def _has_obstacle_layer(f: Facts) -> bool:

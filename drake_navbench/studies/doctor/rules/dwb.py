@@ -18,6 +18,8 @@ S = Symptom
 
 # From this ratio of the two on, braking is weak compared with accelerating.
 WEAKER = 2.5
+# Nav2's usual limit of DWB's accelerations, m/s^2: no base brakes harder because a file says so.
+USUAL_MPS2 = 2.5
 
 DWB = ("dwb",)
 CODE = "dwb_core, dwb_plugins, dwb_critics"
@@ -154,7 +156,7 @@ RULES = (
         ),
         {S.GOAL_OVERSHOOT: 0.6, S.STALL_BEFORE_GOAL: 0.3, S.COLLISION: 0.3},
         (
-            down("decel_lim_x", lambda f: -f.number("controller.acc_lim_x")),
+            down("decel_lim_x", lambda f: -min(f.number("controller.acc_lim_x"), USUAL_MPS2)),
             down("acc_lim_x", lambda f: abs(f.number("controller.decel_lim_x"))),
         ),
         "dwb_plugins: xy_theta_iterator, one_d_velocity_iterator",

@@ -1,0 +1,74 @@
+"""The rule about costmaps that take the robot for smaller than its own model."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from drake_navbench.inputs.robot import Robot
+from drake_navbench.kernels.footprint import footprint_radii
+from drake_navbench.nav2.body import REACHES, reach_beyond_m
+from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.rules.rule import SURE, Rule, put, up
+from drake_navbench.studies.doctor.symptoms import Symptom
+
+S = Symptom
+
+# A body whose outer circle is at most so much larger than its inner one counts as round.
+ROUND = 1.2
+# The outline is written to a millimetre.
+DECIMALS = 3
+
+
+def _body(f: Facts) -> Robot:
+    """Returns the robot whose body the user's own model gives."""
+    assert f.robot is not None
+    return f.robot
+
+
+def _is_smaller(f: Facts) -> bool:
+    return f.robot is not None and any(REACHES in remark for remark in f.doubts.values())
+
+
+def _given(f: Facts) -> str:
+    name = "robot_radius" if _body(f).is_circle else "footprint"
+    value = f[f"local_costmap.{name}"]
+    return f"{name} is {value} m" if name == "robot_radius" else f"{name} is {value}"
+
+
+def _seen(f: Facts) -> str:
+    robot = _body(f)
+    x, y = (f"{side.min():.2f} to {side.max():.2f} m" for side in robot.outline.T)
+    return (
+        f"local_costmap.{_given(f)}, but the body of the robot's own model goes from x = {x} and "
+        f"from y = {y} about its base, {reach_beyond_m(robot):.2f} m farther: Nav2 plans and "
+        "checks for a smaller robot"
+    )
+
+
+def _radius(f: Facts) -> float | None:
+    """Returns the radius of a round body in a file that gives a radius; None of other bodies."""
+    robot = _body(f)
+    inner_m, outer_m = footprint_radii(robot.outline)
+    return outer_m if robot.is_circle and outer_m <= ROUND * inner_m else None
+
+
+def _footprint(f: Facts) -> Any:
+    """Returns the body's outline as Nav2 reads a footprint; None where a radius tells it."""
+    if _radius(f) is not None:
+        return None
+    return str([[round(float(v), DECIMALS) for v in corner] for corner in _body(f).outline])
+
+
+RULES = (
+    Rule(
+        "outline-smaller-than-the-model",
+        _is_smaller,
+        _seen,
+        {S.COLLISION: SURE, S.NEAR_MISS: 0.5 * SURE, S.CORNER_CUTTING: 0.5},
+        (
+            up("local_costmap.robot_radius", _radius),
+            put("local_costmap.footprint", _footprint),
+        ),
+        "nav2_costmap_2d: costmap_2d_ros.cpp, footprint.cpp",
+    ),
+)

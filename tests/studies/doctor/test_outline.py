@@ -1,0 +1,80 @@
+"""A Nav2 file that takes the robot for smaller than its own model, and the cure."""
+
+import pytest
+import yaml
+from doctor_texts import RPP, RPP_BLOCK, nav2_text
+
+from drake_navbench.studies.doctor.alike import Told
+from drake_navbench.studies.doctor.cures import trials_of
+from drake_navbench.studies.doctor.files import Patient
+from drake_navbench.studies.doctor.reading import findings_of, suspicions_of
+from drake_navbench.studies.doctor.symptoms import Symptom
+from drake_navbench.studies.doctor.words import change_told
+
+RULE = "outline-smaller-than-the-model"
+# The base is at the rear axle: the body reaches 0.5 m ahead of it.
+LONG = "footprint: [[-0.1, -0.25], [0.5, -0.25], [0.5, 0.25], [-0.1, 0.25]]"
+ROUND = "robot_radius: 0.3"
+
+
+@pytest.fixture
+def patient(tmp_path):
+    """A function from the user's own body and the file's radius to the doctor's patient."""
+
+    def of(body, radius_m):
+        robot, path = tmp_path / "own.yaml", tmp_path / "nav2.yaml"
+        robot.write_text(f"description: own\n{body}\n")
+        content = yaml.safe_load(nav2_text(RPP_BLOCK, plugin=RPP))
+        local = content["local_costmap"]["local_costmap"]["ros__parameters"]
+        del local["footprint"]
+        local["robot_radius"] = radius_m
+        content["global_costmap"] = {"global_costmap": {"ros__parameters": dict(local)}}
+        path.write_text(yaml.safe_dump(content))
+        return Patient((path,), str(robot), {}, "jazzy")
+
+    return of
+
+
+def first_change(own):
+    facts = own.facts()
+    first = suspicions_of(facts, Symptom.COLLISION, Told(""))[0]
+    (change, *_) = trials_of(first.cause, facts, own.columns().setup)
+    own.before_and_after(change.changes)
+    return {
+        f"{place.node.partition('/')[0]}.{place.name}": v for place, v in change.changes.items()
+    }
+
+
+def test_a_body_longer_than_the_circle_becomes_the_footprint_of_both_costmaps(patient):
+    own = patient(LONG, 0.25)
+    (finding,) = [f for f in findings_of(own.facts()) if f.rule.name == RULE]
+    # With the padding of 0.01 m the circle ends at 0.26 m, the corner lies at (0.5, 0.25):
+    # sqrt(0.5^2 + 0.25^2) = 0.559, less 0.26 m.
+    assert "robot_radius is 0.25 m" in finding.seen
+    assert "x = -0.10 to 0.50 m and from y = -0.25 to 0.25 m about its base, 0.30 m" in finding.seen
+    footprint = "[[-0.1, -0.25], [0.5, -0.25], [0.5, 0.25], [-0.1, 0.25]]"
+    assert first_change(own) == {
+        "local_costmap.footprint": footprint,
+        "global_costmap.footprint": footprint,
+    }
+    # A line of progress has no room for all corners.
+    first = suspicions_of(own.facts(), Symptom.COLLISION, Told(""))[0]
+    (change, *_) = trials_of(first.cause, own.facts(), own.columns().setup)
+    assert change_told(change) == (
+        "local_costmap: footprint = [[-0.1, -0.25], ...] and "
+        "global_costmap: footprint = [[-0.1, -0.25], ...]"
+    )
+    # It is one finding, not a second one of the check's doubt.
+    assert "probably-a-mistake" not in {f.rule.name for f in findings_of(own.facts())}
+
+
+def test_a_round_body_gets_a_larger_radius(patient):
+    assert first_change(patient(ROUND, 0.2)) == {
+        "local_costmap.robot_radius": pytest.approx(0.3),
+        "global_costmap.robot_radius": pytest.approx(0.3),
+    }
+
+
+def test_a_body_within_the_files_outline_is_no_finding(patient):
+    # 0.559 m are within 0.56 m.
+    assert RULE not in {f.rule.name for f in findings_of(patient(LONG, 0.56).facts())}
