@@ -115,21 +115,30 @@ def write_folder(
     return path
 
 
-def measured_folder(path: Path, *, request: dict[str, object] | None = None, **how) -> Path:
+def measured_folder(
+    path: Path,
+    *,
+    slower: float = 1.0,
+    failing: tuple[str, ...] = (),
+    ending: str = "aborted",
+    is_random: bool = True,
+    request: dict[str, object] | None = None,
+) -> Path:
     """Writes such a folder as a report leaves it: with what it has measured of each log.
 
-    how: as for `write_folder`. Each content is measured once for all tests of this process.
+    Each content is measured once for all tests of this process.
     """
-    shutil.copytree(_measured(tuple(sorted(how.items()))), path)
+    shutil.copytree(_measured(slower, failing, ending, is_random), path)
     write_manifest(path, **(request or {}))
     return path
 
 
 @cache
-def _measured(how: tuple[tuple[str, object], ...]) -> Path:
+def _measured(slower: float, failing: tuple[str, ...], ending: str, is_random: bool) -> Path:
     folder = Path(mkdtemp(prefix="measured-"))
     atexit.register(_remove, folder, os.getpid())
-    path = write_folder(folder / "results", **dict(how))
+    path = folder / "results"
+    write_folder(path, slower=slower, failing=failing, ending=ending, is_random=is_random)
     analyse_folder(path, jobs=1, keeps=True)
     return path
 

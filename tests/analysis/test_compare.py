@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from xml.etree import ElementTree
 
 import pytest
@@ -12,6 +13,14 @@ from drake_navbench.analysis.compare import compare_folders
 from drake_navbench.analysis.paired_tests import DEFAULT_LISTED, PairedVerdict
 from drake_navbench.commands import compare as command
 from drake_navbench.errors import InputError
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _analysed_once():
+    """A folder is analysed for the first comparison; none of them changes after it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(compare, "analyse_folder", cache(compare.analyse_folder))
+        yield
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ from hashlib import sha256
 
 import pytest
 import results_folders
-from results_folders import write_folder
+from results_folders import measured_folder, write_folder
 
 from drake_navbench.analysis import folder_analysis
 from drake_navbench.analysis.figures import album
@@ -74,7 +74,7 @@ def killed_while(monkeypatch, tmp_path, times):
 
 @pytest.mark.usefixtures("blank_svgs")
 def test_a_worker_that_is_killed_while_it_draws_is_replaced(tmp_path, monkeypatch):
-    path = write_folder(tmp_path / "campaign")
+    path = measured_folder(tmp_path / "campaign")
     killed_while(monkeypatch, tmp_path, 1)
     result = build_report(path, figures=FigureChoice.KEY, jobs=2)
     assert (tmp_path / "killed_0").exists()
@@ -84,7 +84,7 @@ def test_a_worker_that_is_killed_while_it_draws_is_replaced(tmp_path, monkeypatc
 
 @pytest.mark.usefixtures("blank_svgs")
 def test_figures_whose_workers_are_always_killed_are_left_out_and_told(tmp_path, monkeypatch):
-    path = write_folder(tmp_path / "campaign")
+    path = measured_folder(tmp_path / "campaign")
     killed_while(monkeypatch, tmp_path, 99)
     result = build_report(path, figures=FigureChoice.KEY, jobs=2)
     assert (tmp_path / "killed_1").exists()

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from results_folders import write_folder
+from results_folders import measured_folder
 from synthetic_logs import FOOTPRINT, log_times, make_log
 
 from drake_navbench.analysis.folder_analysis import analyse_folder
@@ -139,13 +139,13 @@ def test_the_table_of_trials_counts_violations():
 
 
 def test_the_report_warns_of_a_violation(tmp_path):
-    folder = ResultsFolder(write_folder(tmp_path, slower=2.0))
-    assert 'id="warnings"' not in render(analyse_folder(tmp_path, jobs=1))
+    folder = ResultsFolder(measured_folder(tmp_path / "campaign", slower=2.0))
+    assert 'id="warnings"' not in render(analyse_folder(folder.path, jobs=1))
     log = TrialLog.read(folder.log_path("empty", "rpp", 1))
     log.samples.loc[3, "command_w_radps"] = 9.0
     log.info["robot"]["drive"] = DRIVE
     folder.write_log(log)
-    page = render(analyse_folder(tmp_path, jobs=1))
+    page = render(analyse_folder(folder.path, jobs=1))
     assert 'id="warnings"' in page
     assert (
         "command beyond the limits of the drive: 1 row in 1 trial; "

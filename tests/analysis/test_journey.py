@@ -5,12 +5,12 @@ from __future__ import annotations
 import dataclasses
 
 import pytest
-from results_folders import write_folder
+from results_folders import measured_folder
 from synthetic_logs import straight_log
 
-from drake_navbench.analysis.figures.choice import FigureChoice
+from drake_navbench.analysis.folder_analysis import analyse_folder
 from drake_navbench.analysis.journey import Action, actions_of, legs_of
-from drake_navbench.analysis.report import build_report
+from drake_navbench.analysis.report import render
 from drake_navbench.logs.results import ResultsFolder
 
 
@@ -67,12 +67,10 @@ def test_deeds_tell_actions_and_plans_and_count_repetitions():
 
 
 def test_the_report_shows_legs_and_deeds_of_the_trials_that_have_them(tmp_path):
-    path = write_folder(tmp_path / "campaign")
+    path = measured_folder(tmp_path / "campaign")
 
     def page() -> str:
-        return build_report(path, figures=FigureChoice.NONE, jobs=1).path.read_text(
-            encoding="utf-8"
-        )
+        return render(analyse_folder(path, jobs=1))
 
     assert "Leg by leg" not in page()
     log = straight_log(info={"legs": TWO_LEGS, "trial": 0})

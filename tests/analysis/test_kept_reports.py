@@ -108,7 +108,6 @@ def test_what_was_kept_equals_what_the_logs_tell(reported):
 
 @pytest.mark.usefixtures("blank_svgs")
 def test_a_changed_log_is_measured_and_its_scenario_drawn_again(reported, work):
-    build_report(reported, jobs=1)
     ResultsFolder(reported).write_log(trial_log("empty", "rpp", 1, slower=2.0))
     build_report(reported, jobs=1)
     assert work.drawn == ["empty"]

@@ -193,9 +193,16 @@ def test_an_interrupted_run_gives_a_report_that_says_what_is_missing(tmp_path):
     assert re.findall(r"<td>(–|<b>.*?</b>)", row) == ["–", "<b>2 of 2</b>"]
 
 
-def test_what_stood_in_for_plugins_of_a_nav2_file_is_repeated(tmp_path):
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory) -> str:
+    """The page of a run that drove all its trials, with no more in its manifest."""
+    path = measured_folder(tmp_path_factory.mktemp("finished") / "results", request={"trials": 3})
+    return render(analyse_folder(path, jobs=1))
+
+
+def test_what_stood_in_for_plugins_of_a_nav2_file_is_repeated(finished, tmp_path):
+    assert "Replaced in the Nav2 files" not in finished
     path = measured_folder(tmp_path / "results", request={"trials": 1})
-    assert "Replaced in the Nav2 files" not in render(analyse_folder(path, jobs=1))
     results = ResultsFolder(path)
     told = "planner_server: Smac 2D stands in for <theirs::Planner>"
     results.write_manifest(results.read_manifest() | {"stand_ins": [told]})
@@ -214,9 +221,8 @@ def test_what_stood_in_within_one_column_is_told_of_that_column(tmp_path):
     assert "All columns of these files" not in text
 
 
-def test_a_finished_run_lacks_nothing(tmp_path):
-    path = measured_folder(tmp_path / "results", request={"trials": 3})
-    assert "Not finished" not in render(analyse_folder(path, jobs=1))
+def test_a_finished_run_lacks_nothing(finished):
+    assert "Not finished" not in finished
 
 
 def test_the_clear_winner_is_named(text):
@@ -431,9 +437,9 @@ def test_the_numbers_of_the_charts_are_those_of_the_logs(text):
     assert len(jerk["values"]) == 6
 
 
-def test_processor_workers_and_load_stand_beside_compute_times(tmp_path):
+def test_processor_workers_and_load_stand_beside_compute_times(finished, tmp_path):
+    assert "compute-note" not in finished
     path = measured_folder(tmp_path / "results", request={"trials": 1})
-    assert "compute-note" not in render(analyse_folder(path, jobs=1))
     results = ResultsFolder(path)
     machine = {"processor": "Some <CPU>", "cores": 4, "jobs": 2, "load_before": 0.1}
     results.write_manifest(results.read_manifest() | {"machines": [machine]})

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import shutil
+from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -11,6 +13,7 @@ import pytest
 from drake_navbench.native import flags
 from drake_navbench.native.build import build_checkout
 from drake_navbench.native.builds import Build
+from drake_navbench.native.compiler import Compiler
 
 CHECKOUT = Path(__file__).parent / "checkout"
 
@@ -65,3 +68,20 @@ def sampling(tiny, copied) -> Path:
     """A checkout whose MPPI commands a sample of its noise."""
     shutil.copytree(CHECKOUT.parent / "sampling_package", copied / "nav2_mppi_controller")
     return copied
+
+
+@pytest.fixture
+def nothing_compiled(copied, tmp_path, monkeypatch) -> None:
+    """Objects and hosts are empty files, for tests of which of them are made, and with what.
+
+    The compiler still tells its options and which headers there are.
+    """
+
+    def run(compiler: Compiler, arguments: Sequence[str], log: Path) -> None:
+        places = dict(pairwise(arguments))
+        Path(places["-o"]).touch()
+        if "-MF" in places:
+            Path(places["-MF"]).write_text("a.o: \n")
+
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "uncompiled"))
+    monkeypatch.setattr(Compiler, "run", run)

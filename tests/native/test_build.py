@@ -186,7 +186,8 @@ def test_a_build_of_the_same_files_compiles_nothing(tiny, copied):
     assert find_build("again").controllers == CONTROLLERS
 
 
-def test_a_changed_source_is_compiled_alone(tiny, copied):
+@pytest.mark.usefixtures("nothing_compiled")
+def test_a_changed_source_is_compiled_alone(copied):
     source = add_plain_package(copied)
     first = build_checkout(copied, name="first", wanted=["plain"])
     source.write_text(source.read_text() + "int changed;\n")

@@ -89,7 +89,7 @@ def test_what_computes_with_xtensor_is_compiled_as_its_releases_do():
 
 
 @pytest.fixture
-def asking(tiny, copied) -> Path:
+def asking(nothing_compiled, copied) -> Path:
     """A copy of the tiny checkout with a package that asks for options, of which none has one."""
     lists = add_plain_package(copied).parents[1] / "CMakeLists.txt"
     lists.write_text("add_compile_options(-ffast-math -mavx99 -fdump-tree-all)\n")

@@ -21,7 +21,8 @@ def test_a_change_is_driven_and_told(tiny, copied, tmp_path, capsys):
     source.write_text(source.read_text().replace('declare("speed", 0.3)', 'declare("speed", 0.4)'))
     out, junit = tmp_path / "out", tmp_path / "gate.xml"
     arguments = ["nav2-gate", "tiny", str(copied), "--controllers", "tiny::Controller"]
-    arguments += ["--scenarios", "empty", "--trials", "2", "--jobs", "1"]
+    # With the flags of the other build, of which most objects serve.
+    arguments += ["--scenarios", "empty", "--trials", "2", "--jobs", "1", "--flags", "portable"]
     status = main([*arguments, "--out", str(out), "--junit", str(junit)])
     shown = capsys.readouterr().out
     # Two pairs decide only where nothing in them is random.
@@ -40,8 +41,8 @@ def test_a_build_that_is_not_there_is_one_line(builds, capsys):
     assert error.count("\n") == 1
 
 
+@pytest.mark.usefixtures("nothing_compiled")
 def test_a_checkout_is_built_as_its_users_run_it_with_other_noise_in_each_trial(sampling):
-    # Nothing is driven.
     source = sampling / "nav2_mppi_controller" / "src" / "sampling_controller.cpp"
     source.write_text(SOURCE.format(name="sampling"))
     build = build_of(str(sampling), "gate-base", SAMPLING, tell=print)
@@ -53,7 +54,8 @@ def test_a_checkout_is_built_as_its_users_run_it_with_other_noise_in_each_trial(
     assert own.noise is NoiseSource.OWN
 
 
-def test_what_draws_no_numbers_has_its_own(tiny, copied):
+@pytest.mark.usefixtures("nothing_compiled")
+def test_what_draws_no_numbers_has_its_own(copied):
     names, flags = ["tiny::Controller"], FlagSet.PORTABLE
     build = build_of(str(copied), "gate-base", names, flags=flags, tell=print)
     assert build.noise is NoiseSource.OWN

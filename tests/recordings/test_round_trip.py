@@ -13,6 +13,8 @@ from recorded_trials import short_trial
 from drake_navbench.analysis.metrics.registry import measure_all
 from drake_navbench.commands.main import main
 from drake_navbench.inputs.robot import load_robot
+from drake_navbench.inputs.scenario import load_scenario
+from drake_navbench.inputs.scenario_plan import PolylinePlan
 from drake_navbench.kernels.grid import LETHAL
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.log_columns import LATERAL_COLUMNS
@@ -38,8 +40,19 @@ def round_trip(folder: Path, log: TrialLog) -> TrialLog:
     return TrialLog.read(path)
 
 
+# RPP reaches a goal round a bend, between the first obstacles; DWB gives up before a wall.
+NEAR = load_scenario("static_obstacles").model_copy(
+    update={
+        "plan": PolylinePlan(type="polyline", points=[(0.0, 0.0), (1.0, 0.0), (1.8, 0.4)]),
+        "goal": (1.8, 0.4, 0.4636),
+    }
+)
+
+
 @pytest.mark.parametrize(
-    ("scenario", "controller"), [("static_obstacles", "rpp"), ("restricted_small", "dwb")]
+    ("scenario", "controller"),
+    [(NEAR, "rpp"), ("restricted_small", "dwb")],
+    ids=["to a goal", "before a wall"],
 )
 def test_metrics_of_a_trial_come_back_from_its_bag(scenario, controller, tmp_path):
     log = run_trial(scenario, controller, seed=5)
@@ -68,7 +81,8 @@ def test_metrics_of_a_trial_come_back_from_its_bag(scenario, controller, tmp_pat
 
 
 def test_a_robot_that_moves_sideways_comes_back_with_its_sideways_velocities(tmp_path):
-    log = run_trial("restricted_small", "dwb_omni", robot="omni_robot", seed=2)
+    scenario = load_scenario("restricted_small").model_copy(update={"timeout_s": 1.0})
+    log = run_trial(scenario, "dwb_omni", robot="omni_robot", seed=2)
     assert set(LATERAL_COLUMNS) <= set(log.samples.columns)
     # To the side it is pushed by nobody here; a number of its own tells the columns apart.
     samples = log.samples.assign(vy_mps=0.1, measured_vy_mps=0.2, command_vy_mps=0.3)

@@ -30,8 +30,9 @@ class Studio(NamedTuple):
         return f"{self.address.rpartition('/')[0]}/{name}".replace("127.0.0.1", "localhost")
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def studio(tmp_path_factory) -> Iterator[Studio]:
+    """One studio for all modules: it loads Drake and drives two columns before it is asked."""
     folder = tmp_path_factory.mktemp("studio")
     repository = Path(__file__).parents[2]
     shutil.copy(repository / "models" / "nav2" / "turtlebot3_waffle.yaml", folder)

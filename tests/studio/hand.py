@@ -30,6 +30,21 @@ class Hand:
         self.browser.open(self._studio.page(page))
         self.browser.wait_for("Bokeh.documents.length && Bokeh.documents[0].is_idle")
 
+    def open_scenario(self, choice: str, name: str) -> None:
+        """Opens a scenario, also where an earlier test has left steps that are not saved.
+
+        choice: as the page lists it, such as 'file:a.yaml', or 'new'. name: the file's name then.
+        """
+        self.open("scenario")
+        of = "Bokeh.documents[0].get_model_by_name({!r}).{}"
+        is_refused = f"{of.format('line', 'text')}.includes('choose once more')"
+        is_open = f"{of.format('save as', 'value')} === {name!r}"
+        self.set("file", "value", repr(choice))
+        self.browser.wait_for(f"{is_refused} || {is_open}")
+        if self.browser.evaluate(is_refused):
+            self.set("file", "value", repr(choice))
+        self.browser.wait_for(is_open)
+
     def click(self, name: str) -> None:
         x, y = self.browser.evaluate(WHERE.format(name=name))
         self.browser.drag((x, y), (x, y))

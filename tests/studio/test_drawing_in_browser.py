@@ -10,6 +10,8 @@ import yaml
 from browser import CHROMIUM, NO_CHROMIUM, Browser
 from hand import ON_FLOOR, Hand
 
+from drake_navbench.studio.open_scenario import NEW_NAME
+
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
 
 MOVES = 150
@@ -27,7 +29,7 @@ def hand(studio, tmp_path):
     with Browser(tmp_path / "profile") as browser:
         browser.resize(1280, 1000)
         hand = Hand(browser, studio)
-        hand.open("scenario")
+        hand.open_scenario("new", NEW_NAME)
         yield hand
         assert not browser.errors
 

@@ -16,6 +16,7 @@ from drake_navbench.commands.main import main
 from drake_navbench.inputs.scenario import load_scenario
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.run import main as run
+from drake_navbench.studio.open_scenario import NEW_NAME
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
 
@@ -29,7 +30,7 @@ def hand(studio, tmp_path):
 
 
 def test_a_scenario_is_drawn_driven_tuned_saved_and_run_to_the_same_trial(hand, studio, tmp_path):
-    hand.open("scenario")
+    hand.open_scenario("new", NEW_NAME)
     hand.take("Wall")
     hand.drag((2.5, -1.5), (2.5, 1.5))
     hand.wait_text("text", "{type: wall, start: [2.5, -1.5], end: [2.5, 1.5]}")
