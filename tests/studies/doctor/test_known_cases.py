@@ -148,7 +148,7 @@ def test_words_that_may_be_about_the_robot_take_no_class_but_name_the_likeliest(
     words, tmp_path, capsys
 ):
     told = read(tmp_path, capsys, "--told", words)
-    assert told.startswith("Symptom: none is given. If your words tell one, it may be ")
+    assert told.startswith("Symptom: none is given. Your words may tell ")
     assert "What may cause" not in told
 
 

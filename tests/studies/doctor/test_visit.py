@@ -105,10 +105,11 @@ def test_the_page_begins_with_the_verdict_and_the_patch_applies(patient, tmp_pat
 
 
 def test_the_patch_of_a_file_without_a_last_end_of_line_applies():
+    file = Path("nav2.yaml")
     patient = SimpleNamespace(
-        paths=[Path("nav2.yaml")], text="a: 1\nb: 2", patched_text=lambda changes: "a: 1\nb: 3"
+        texts={file: "a: 1\nb: 2"}, patched_texts=lambda changes: {file: "a: 1\nb: 3"}
     )
-    _, patch = patch_of(patient, SimpleNamespace(trial=SimpleNamespace(changes={})))
+    patch = patch_of(patient, SimpleNamespace(trial=SimpleNamespace(changes={})))
     assert patch.splitlines() == [
         "--- nav2.yaml", "+++ nav2.yaml", "@@ -1,2 +1,2 @@", " a: 1",
         "-b: 2", "\\ No newline at end of file", "+b: 3", "\\ No newline at end of file",
