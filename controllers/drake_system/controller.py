@@ -51,6 +51,9 @@ class SystemController(ABC):
 
     def __init__(self, parameters: Any, setup: ControllerSetup) -> None:
         self._system = self.make_system(parameters, setup)
+        if not isinstance(self._system, System):
+            found = type(self._system).__name__
+            raise InputError(f"{self._name}.make_system: got {found}, expected a System of Drake")
         self._inputs = [
             self._checked(self._system.get_input_port(index))
             for index in range(self._system.num_input_ports())
@@ -76,10 +79,12 @@ class SystemController(ABC):
         """Returns the output of the system, and its Context as the memory."""
         time_s = observation.time_s
         is_first = memory is None
-        context = self._system.CreateDefaultContext() if memory is None else memory.Clone()
-        if is_first:
+        if memory is None:
+            context = self._system.CreateDefaultContext()
             context.SetTime(time_s)
             self._set_inputs(context, observation)
+        else:
+            context = memory.Clone()
         simulator = Simulator(self._system, context)
         simulator.Initialize(InitializeParams(suppress_initialization_events=not is_first))
         if not is_first:

@@ -118,7 +118,7 @@ def trials_of(cause: Cause, facts: Facts, setup: Nav2Setup) -> list[Trial]:
 def _place_that_follows(cause: Cause, place: str, new: Any, facts: Facts) -> str:
     """Returns the place that has to change as well, else ''.
 
-    What the robot is larger than for the local costmap, it is for the global one, too.
+    An outline that is changed in the local costmap is changed in the global one, too.
     """
     if place not in OUTLINES:
         return _side_that_follows(cause, place, new, facts)

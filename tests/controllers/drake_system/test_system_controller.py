@@ -216,6 +216,11 @@ def test_ports_that_no_observation_has_are_refused_in_one_line(declare, message)
         controller_of(with_ports(declare))
 
 
+def test_what_is_no_system_is_refused_in_one_line():
+    with pytest.raises(InputError, match="make_system: got int, expected a System of Drake"):
+        controller_of(lambda: 3)
+
+
 FILE = """
 import numpy as np
 from pydantic import Field
