@@ -13,33 +13,30 @@ from drake_navbench.logs.text_tables import markdown_table
 INTRODUCTION = """\
 # Fields of a robot file
 
-Look up a field here while you write a robot file. The shortest one that drives:
+Look up here what you may write into a robot file, the YAML file behind `--robot my_robot.yaml`. The
+shortest one that drives:
 
 ```yaml
 description: My robot
 robot_radius: 0.2
 ```
 
-`description` and an outline are needed (`footprint`, `robot_radius`, or a `model`, which also gives
-the mass). Every other field has the default shown here. A URDF, SDF or xacro can take the file's
-place: [how](your_robot.md#a-robot-as-it-lies-in-its-repository). With `--nav2 FILE` your Nav2 file
-gives the `navigation`, and only [what no Nav2 file contains](nav2_files.md#what-is-taken) is left
-to write.
+Only `description` and an outline are needed: `robot_radius`, `footprint`, or a `model`, which also
+gives the mass. A URDF, SDF or xacro can take the file's place
+([how](your_robot.md#a-robot-as-it-lies-in-its-repository)). With `--nav2 FILE` your Nav2 file gives
+the `navigation`; you write only [what no Nav2 file contains](nav2_files.md#what-is-taken).
 
-How to read the tables:
+Example: `range_max_m` (`12.0`) below `lidar` is written `lidar: {range_max_m: 8.0}`, or for a sweep
+`--sweep lidar.range_max_m=4,8`. Default in round brackets, unit in square ones.
 
-- A heading is the first part of a field's name: `range_max_m` under `lidar` is
-  `lidar.range_max_m`, in a file `lidar: {range_max_m: 8.0}`, for `--sweep`
-  `lidar.range_max_m=4,8`.
-- `NAME` stands for a name of your choice.
-- A row with `type:` or `plugin:` begins the fields of that kind; rows before it apply to all kinds.
-- "Fields of X", "as in X: ...": these rows of X apply, with their defaults.
-- The default stands in round brackets, the unit in square ones.
+- `NAME`: a name of your choice.
 - "As in Nav2": name, meaning and unit are those of Nav2's configuration guide.
-- `schemas/robot.json` has the meaning and the limits of every field;
-  editors show them.
+- "Ours: ...; Nav2: ...": the default does the first, the other value the second.
+- A row `type: ...` or `plugin: ...` begins the fields of that kind; rows above it apply to all.
+- "Fields of X", "as in X: ...": these rows of X apply, with their defaults.
 
-`make docs` makes this page."""
+`schemas/robot.json` holds every field's meaning and limits for editors; `make docs` makes it
+and this page."""
 # Fields that the loader sets.
 NOT_IN_FILES = ("directory",)
 # A block below this heading has a heading of its own.
