@@ -28,7 +28,7 @@ MAX_CLEARANCE_M = 5.0
 def standing_collision_count(log: TrialLog) -> float:
     """Whether the trial ended at a standing obstacle; only in worlds where something moves.
 
-    Formula: 1 or 0. The mean over trials is the share of such trials.
+    Formula: 1 or 0; the mean over trials is their share.
     """
     _require_movers(log)
     return float(_contact_kind(log) == "obstacle")
@@ -38,8 +38,8 @@ def standing_collision_count(log: TrialLog) -> float:
 def ran_into_moving_count(log: TrialLog) -> float:
     """Whether the trial ended because the robot ran into something that moves.
 
-    Formula: 1 where, of the two points that touch, the robot's closed the gap at least as fast as
-    the other body's, both along the line between them, else 0.
+    Formula: 1 where, along the line between the two points that touch, the robot's closed the gap
+    at least as fast as the other body's, else 0.
     Source: the split of SEAN 2.0 (Tsoi et al. 2022) and HuNavSim (Perez-Higueras et al. 2023),
     which tell the cases by bearing.
     """
@@ -52,7 +52,7 @@ def was_run_into_count(log: TrialLog) -> float:
     """Whether the trial ended because something that moves ran into the robot.
 
     Formula: 1 where the other body closed the gap faster than the robot did, else 0. A body on a
-    given way does not avoid a robot that rests on it.
+    given way does not avoid a robot that stands on it.
     Source: as of ran_into_moving_count.
     """
     _require_movers(log)
@@ -74,10 +74,10 @@ def min_moving_clearance_m(log: TrialLog) -> float:
 
 @metric(unit="s", better="higher", title="Shortest time to collision with a moving body")
 def moving_time_to_collision_min_s(log: TrialLog) -> float:
-    """Shortest time until the footprint would have met something that moves, at constant twists.
+    """Shortest time to a touch of something that moves, at constant twists.
 
-    Formula: minimum over the trial, every 0.1 s, of the time until the outlines touch, the robot
-    on its circle or line, the other body with its velocity of the next 0.1 s; up to 10 s.
+    Formula: minimum over the trial, every 0.1 s, of the time until the outlines touch, the robot at
+    constant v and w, the other body at its velocity of the next 0.1 s; up to 10 s.
     Source: Hayward 1972; as a measure of social navigation Biswas et al., "SocNavBench", 2022.
     """
     shortest_s = collision_times_s(log).min()
