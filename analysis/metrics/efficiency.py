@@ -123,7 +123,7 @@ def barn_score(log: TrialLog) -> float:
     the reference path, and success and AT are those of the first arrival within 1 m of the goal;
     elsewhere L* is the first plan's, up to a fifth longer. A robot limited to 0.5 m/s scores about
     0.25.
-    Source: The BARN Challenge (Perille et al. 2020; Xiao et al. 2022), rule since 2024-02.
+    Source: The BARN Challenge, rule since 2024-02.
     """
     arrival_s = _arrival_time_s(log)
     if arrival_s is None:

@@ -40,8 +40,7 @@ def ran_into_moving_count(log: TrialLog) -> float:
 
     Formula: 1 where, along the line between the two points that touch, the robot's closed the gap
     at least as fast as the other body's, else 0.
-    Source: the split of SEAN 2.0 (Tsoi et al. 2022) and HuNavSim (Perez-Higueras et al. 2023),
-    which tell the cases by bearing.
+    Source: SEAN 2.0 and HuNavSim, which tell the cases by bearing.
     """
     _require_movers(log)
     return float(_contact_kind(log) == "robot")
@@ -63,8 +62,8 @@ def was_run_into_count(log: TrialLog) -> float:
 def min_moving_clearance_m(log: TrialLog) -> float:
     """Smallest distance between the footprint and a moving obstacle or person.
 
-    Formula: minimum over the trial, every 0.1 s and at its end, of the exact distance in the plane,
-    up to 5 m; 0 in a trial that ended at such a touch.
+    Formula: minimum, every 0.1 s and at the end, of the exact distance in the plane, up to 5 m; 0
+    in a trial that ended at such a touch.
     """
     nearest_m = clearances_m(log).min()
     if math.isinf(nearest_m):
@@ -76,9 +75,9 @@ def min_moving_clearance_m(log: TrialLog) -> float:
 def moving_time_to_collision_min_s(log: TrialLog) -> float:
     """Shortest time to a touch of something that moves, at constant twists.
 
-    Formula: minimum over the trial, every 0.1 s, of the time until the outlines touch, the robot at
-    constant v and w, the other body at its velocity of the next 0.1 s; up to 10 s.
-    Source: Hayward 1972; as a measure of social navigation Biswas et al., "SocNavBench", 2022.
+    Formula: minimum, every 0.1 s, of the time until the outlines touch, the robot at constant v and
+    w, the other body at its velocity of the next 0.1 s; up to 10 s.
+    Source: Hayward 1972; SocNavBench.
     """
     shortest_s = collision_times_s(log).min()
     if math.isinf(shortest_s):

@@ -44,9 +44,9 @@ ROUNDING_S = 1e-9
 def min_clearance_m(log: TrialLog) -> float:
     """Smallest distance between the robot's footprint and an obstacle.
 
-    Formula: minimum over the trial of the distance in the plane, up to 5 m, to 0.1 mm, also between
-    samples (on the cubic through poses and velocities); 0 in a trial that ended at a touch. Of a
-    recording without obstacles only the samples count.
+    Formula: minimum over the trial, to 0.1 mm, of the distance in the plane, up to 5 m, also
+    between samples (on the cubic through poses and velocities); 0 in a trial that ended at a touch.
+    Of a recording without obstacles only the samples count.
     """
     return least_clearance_m(log, _clearances_m(log).min())
 
@@ -85,8 +85,8 @@ def min_scan_clearance_m(log: TrialLog) -> float:
 def min_map_clearance_m(log: TrialLog) -> float:
     """Smallest distance between footprint and obstacles on the map, for recordings too.
 
-    Formula: minimum over the trial, every 0.1 s, of the exact distance in the plane, up to 5 m, at
-    the localized pose. Obstacles that are not on the map do not count.
+    Formula: minimum, every 0.1 s, of the exact distance in the plane, up to 5 m, at the localized
+    pose. Obstacles that are not on the map do not count.
     """
     require(log, "map")
     world = World(tuple(shape for shape in shapes_of(log) if shape.known_to_planner))
@@ -130,8 +130,8 @@ def danger_time_ratio(log: TrialLog) -> float:
 def time_to_collision_min_s(log: TrialLog) -> float:
     """Shortest time to a touch of an obstacle at constant v and w.
 
-    Formula: minimum over the trial, every 0.1 s, of the exact time until the footprint, at constant
-    v and w, touches an obstacle; up to 10 s.
+    Formula: minimum, every 0.1 s, of the exact time until the footprint touches an obstacle; up to
+    10 s.
     """
     edges = obstacle_edges(log)
     if len(edges) == 0:

@@ -76,7 +76,7 @@ def log_dimensionless_jerk(log: TrialLog) -> float:
 
     Formula: -ln(D^3/v_peak^2 integral (d2v/dt2)^2 dt), D the duration, v the forward velocity (of a
     robot that moves sideways the speed) fitted over 0.3 s.
-    Source: Balasubramanian et al., "On the analysis of movement smoothness", 2015.
+    Source: as of spectral_arc_length.
     """
     signal = motion(log)
     v, vy = signal.smooth_v_mps, signal.smooth_vy_mps

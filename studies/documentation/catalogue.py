@@ -33,6 +33,9 @@ drake-navbench run empty --controllers rpp --metric my.py:my_metric
   `navigate_through_poses` the one plan through all poses.
 - *Plan in force*: the latest plan that the controller had been given, also during recoveries and
   pauses. Metrics of tracking leave out the time before the first plan.
+- Sources by name: BARN (Perille et al. 2020; Xiao et al. 2022), HuNavSim (Perez-Higueras et al.
+  2023), SEAN 2.0 (Tsoi et al. 2022), SocNavBench (Biswas et al. 2022), TAGA (Roy and Rahman, arXiv
+  2503.21168v3).
 
 A package offers metrics by an entry point of the group `drake_navbench.metrics` that names their
 module. `make docs` makes this page from the metrics' docstrings.
