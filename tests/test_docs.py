@@ -104,7 +104,7 @@ def test_the_page_of_robots_has_every_field_and_a_block_like_another_names_it():
     assert {*schema["properties"], *known} - parts == {*NOT_IN_FILES, *chosen}
     here = page.partition("## `navigation.local_costmap`")[2].partition("## ")[0]
     assert "| Nav2's voxel layer. Fields of `navigation.local_costmap.obstacle_layer`. |" in here
-    assert "| `voxel_layer.z_voxels` (`10`), `voxel_layer.origin_z` (`0.0`), " in here
+    assert "| `voxel_layer`: `z_voxels` (`10`), `origin_z` (`0.0`), " in here
     assert "`voxel_layer.marking`" not in here
 
 

@@ -54,7 +54,7 @@ def acceleration_max_mps2(log: TrialLog) -> float:
 
 @metric(unit="m/s^2", better="lower", title="Braking, hardest")
 def deceleration_max_mps2(log: TrialLog) -> float:
-    """Largest true backward acceleration that lasted 0.1 s: how hard the chair brakes.
+    """Largest true deceleration that lasted 0.1 s.
 
     Formula: max(0, (v(t) - v(t + 0.1 s)) / 0.1 s).
     """
@@ -65,9 +65,9 @@ def deceleration_max_mps2(log: TrialLog) -> float:
 def gulati_kuipers_discomfort_s(log: TrialLog) -> float:
     """Discomfort of a wheelchair's passenger: duration plus squared jerks.
 
-    Formula: T + w_T integral j_t^2 dt + w_N integral j_n^2 dt with j_t = d2v/dt2 - v w^2 and
-    j_n = 2 w dv/dt + v dw/dt, both weights 1 s^6/m^2 (our choice: the original scales them). For a
-    robot that moves sideways they are the jerk along and across its heading.
+    Formula: T + w_T integral j_t^2 dt + w_N integral j_n^2 dt with j_t = d2v/dt2 - v w^2, j_n = 2 w
+    dv/dt + v dw/dt (of a robot that moves sideways the jerk along and across its heading), both
+    weights 1 s^6/m^2 (our choice: the original scales them).
     Source: Gulati, PhD thesis, University of Texas at Austin, 2011.
     """
     signal = motion(log)

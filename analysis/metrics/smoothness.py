@@ -34,8 +34,8 @@ TURN_DEAD_BAND_RADPS = 0.05
 def jerk_rms_mps3(log: TrialLog) -> float:
     """Root mean square of the jerk of the true forward velocity.
 
-    Formula: sqrt(mean(j^2)), j = d2v/dt2 of parabolas fitted over 0.3 s. Unlike the published
-    jerk, it does not depend on the sampling period.
+    Formula: sqrt(mean(j^2)), j = d2v/dt2 of parabolas fitted over 0.3 s. The published jerk depends
+    on the sampling period; this one does not.
     """
     return rms(motion(log).jerk_mps3)
 
@@ -74,9 +74,9 @@ def spectral_arc_length(log: TrialLog) -> float:
 def log_dimensionless_jerk(log: TrialLog) -> float:
     """LDLJ of the true speed: the larger, the smoother.
 
-    Formula: -ln(D^3/v_peak^2 integral (d2v/dt2)^2 dt) with v fitted over 0.3 s, D the duration; v
-    is the forward velocity, or the speed over the floor of a robot that moves sideways.
-    Source: Balasubramanian et al., "On the analysis of movement smoothness", 2015.
+    Formula: -ln(D^3/v_peak^2 integral (d2v/dt2)^2 dt), D the duration, v the forward velocity (of a
+    robot that moves sideways the speed) fitted over 0.3 s.
+    Source: as of spectral_arc_length.
     """
     signal = motion(log)
     v, vy = signal.smooth_v_mps, signal.smooth_vy_mps
@@ -116,7 +116,7 @@ def command_w_variation_radps(log: TrialLog) -> float:
 
 @metric(unit="rad", better="lower", title="Total turning")
 def heading_change_rad(log: TrialLog) -> float:
-    """Total angle through which the robot turned, left and right turns both counted as positive.
+    """Total angle through which the robot turned, left and right both positive.
 
     Formula: sum |dyaw|, without the rides in lifts.
     """
@@ -125,7 +125,7 @@ def heading_change_rad(log: TrialLog) -> float:
 
 @metric(unit="rad/m", better="lower", title="Turning per metre")
 def heading_change_per_metre_radpm(log: TrialLog) -> float:
-    """Total angle through which the robot turned, for each metre it drove.
+    """Total angle through which the robot turned, per metre driven.
 
     Formula: sum |dyaw| / driven length.
     """

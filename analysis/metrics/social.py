@@ -49,9 +49,8 @@ WANTS_TO_WALK_MPS = 0.1
 def ran_into_person_count(log: TrialLog) -> float:
     """Whether the trial ended because the robot ran into a person.
 
-    Formula: 1 where, of the two points that touch, the robot's closed the gap at least as fast as
-    the person's, both along the line between them, else 0.
-    Source: "robot on person collision" of SEAN 2.0 (Tsoi et al. 2022) and HuNavSim.
+    Formula: as `ran_into_moving_count`, for people.
+    Source: "robot on person collision" of SEAN 2.0 and HuNavSim.
     """
     people_of(log)
     contact = _contact(log)
@@ -62,8 +61,8 @@ def ran_into_person_count(log: TrialLog) -> float:
 def person_ran_into_robot_count(log: TrialLog) -> float:
     """Whether the trial ended because a person ran into the robot.
 
-    Formula: 1 where the person closed the gap faster than the robot did, else 0.
-    Source: "person on robot collision" of SEAN 2.0 (Tsoi et al. 2022) and HuNavSim.
+    Formula: as `was_run_into_count`, for people.
+    Source: "person on robot collision" of SEAN 2.0 and HuNavSim.
     """
     people_of(log)
     contact = _contact(log)
@@ -74,9 +73,9 @@ def person_ran_into_robot_count(log: TrialLog) -> float:
 def min_person_distance_m(log: TrialLog) -> float:
     """Smallest distance between the footprint and a person's body.
 
-    Formula: minimum over the trial, every 0.1 s, of the gap between outline and body disc; 0 in a
-    trial that ended at such a touch. HuNavSim and SocNavBench take the robot for a disc.
-    Source: SocNavBench (Biswas et al. 2022), HuNavSim "minimum distance to people".
+    Formula: minimum, every 0.1 s, of the gap between outline and body disc; 0 in a trial that ended
+    at such a touch.
+    Source: SocNavBench, HuNavSim "minimum distance to people"; both take the robot for a disc.
     """
     nearest_m = people_of(log).gaps_m.min()
     if math.isinf(nearest_m):
@@ -100,9 +99,9 @@ def mean_closest_person_distance_m(log: TrialLog) -> float:
 
 @metric(unit="", better="lower", title="Share of the time in somebody's intimate space")
 def intimate_space_ratio(log: TrialLog) -> float:
-    """Share of the time with less than 0.45 m between the footprint and the closest person.
+    """Share of the time with a gap below 0.45 m to the closest person.
 
-    Formula: time with a gap below 0.45 m / duration.
+    Formula: time with a gap between footprint and body below 0.45 m / duration.
     Source: zones of Hall 1966; HuNavSim "intimate space intrusions".
     """
     return _share_of_time(log, 0.0, INTIMATE_M)
@@ -110,30 +109,30 @@ def intimate_space_ratio(log: TrialLog) -> float:
 
 @metric(unit="", better="lower", title="Share of the time in somebody's personal space")
 def personal_space_ratio(log: TrialLog) -> float:
-    """Share of the time with 0.45 m to 1.2 m between the footprint and the closest person.
+    """Share of the time with a gap of 0.45 m to 1.2 m to the closest person.
 
-    Formula: time with a gap of 0.45 m up to 1.2 m / duration.
-    Source: zones of Hall 1966; HuNavSim "personal space intrusions".
+    Formula: as intimate_space_ratio.
+    Source: Hall 1966; HuNavSim "personal space intrusions".
     """
     return _share_of_time(log, INTIMATE_M, PERSONAL_M)
 
 
 @metric(unit="", better="neither", title="Share of the time in somebody's social space")
 def social_space_ratio(log: TrialLog) -> float:
-    """Share of the time with 1.2 m to 3.6 m between the footprint and the closest person.
+    """Share of the time with a gap of 1.2 m to 3.6 m to the closest person.
 
-    Formula: time with a gap of 1.2 m up to 3.6 m / duration.
-    Source: zones of Hall 1966; HuNavSim "social and public space intrusions".
+    Formula: as intimate_space_ratio.
+    Source: Hall 1966; HuNavSim "social and public space intrusions".
     """
     return _share_of_time(log, PERSONAL_M, SOCIAL_M)
 
 
 @metric(unit="", better="neither", title="Share of the time in public space")
 def public_space_ratio(log: TrialLog) -> float:
-    """Share of the time with 3.6 m or more between the footprint and the closest person.
+    """Share of the time with a gap of 3.6 m or more to the closest person, or without people.
 
-    Formula: time with a least gap of 3.6 m or more, or without people / duration.
-    Source: zones of Hall 1966; HuNavSim "social and public space intrusions".
+    Formula: as intimate_space_ratio.
+    Source: as of social_space_ratio.
     """
     return _share_of_time(log, SOCIAL_M, math.inf)
 
@@ -145,7 +144,7 @@ def robot_intimate_approach_count(log: TrialLog) -> float:
     Formula: every 0.1 s; an approach is a gap below 0.45 m after one that was not. It is the
     robot's if the robot's motion alone since then would leave no larger a gap than the person's
     alone.
-    Source: SEAN 2.0 (Tsoi et al. 2022), which tells the two cases apart by bearing.
+    Source: SEAN 2.0, which tells the two cases apart by bearing.
     """
     return float(approaches_within(log, INTIMATE_M).by_robot)
 
@@ -154,21 +153,19 @@ def robot_intimate_approach_count(log: TrialLog) -> float:
 def person_intimate_approach_count(log: TrialLog) -> float:
     """Number of times that a person approached the robot to less than 0.45 m.
 
-    Formula: as `robot_intimate_approach_count`; counted are the approaches to which the person's
-    motion contributed more than the robot's.
-    Source: "person on robot intimate distance violation" of SEAN 2.0 (Tsoi et al. 2022).
+    Formula: the approaches of `robot_intimate_approach_count` that are not the robot's.
+    Source: "person on robot intimate distance violation" of SEAN 2.0.
     """
     return float(approaches_within(log, INTIMATE_M).by_person)
 
 
 @metric(unit="", better="lower", title="Share of the time inside a group")
 def group_crossing_ratio(log: TrialLog) -> float:
-    """Share of the time in which the footprint was between the members of a group.
+    """Share of the time that the footprint was between the members of a group.
 
-    Formula: time in which the footprint overlaps the convex hull of the places of a group's members
-    (of two, the line between them), while they are within 3.6 m of their middle / duration.
-    Source: Group Crossing Rate of Roy and Rahman, "TAGA", arXiv 2503.21168v3; there the robot is a
-    point.
+    Formula: time in which the footprint overlaps the convex hull of the members' places (of two,
+    their line), while these are within 3.6 m of their mean / duration.
+    Source: Group Crossing Rate of TAGA; there the robot is a point.
     """
     return _share(log, gaps_to_groups_m(log).to_hulls.min(axis=1) <= 0.0)
 
@@ -177,9 +174,9 @@ def group_crossing_ratio(log: TrialLog) -> float:
 def groups_entered_count(log: TrialLog) -> float:
     """Number of groups that the robot entered.
 
-    Formula: number of groups whose hull the footprint overlapped at some time, as in
+    Formula: number of groups whose hull the footprint ever overlapped, as in
     `group_crossing_ratio`.
-    Source: after Roy and Rahman, "TAGA", arXiv 2503.21168.
+    Source: after TAGA.
     """
     return float((gaps_to_groups_m(log).to_hulls <= 0.0).any(axis=0).sum())
 
@@ -188,7 +185,7 @@ def groups_entered_count(log: TrialLog) -> float:
 def group_space_ratio(log: TrialLog) -> float:
     """Share of the time with less than 1.2 m between the footprint and the middle of a group.
 
-    Formula: time with a gap to the mean of the members' places below 1.2 m, while they are within
+    Formula: time with a gap below 1.2 m to the mean of the members' places, while these are within
     3.6 m of it / duration.
     Source: HuNavSim "group intimate and personal space intrusions".
     """
@@ -197,21 +194,21 @@ def group_space_ratio(log: TrialLog) -> float:
 
 @metric(unit="", better="higher", title="Personal space compliance")
 def personal_space_compliance_ratio(log: TrialLog) -> float:
-    """Share of the time in which the robot kept 0.5 m from everybody.
+    """Share of the time that the robot kept 0.5 m from everybody.
 
     Formula: time with a least gap of 0.5 m or more / duration.
-    Source: PSC of Francis et al., "Principles and Guidelines for Evaluating Social Robot
-    Navigation Algorithms", 2025.
+    Source: PSC of Francis et al., "Principles and Guidelines for Evaluating Social Robot Navigation
+    Algorithms", 2025.
     """
     return _share_of_time(log, COMPLIANT_M, math.inf)
 
 
 @metric(unit="s", better="higher", title="Shortest time to collision with a person")
 def person_time_to_collision_min_s(log: TrialLog) -> float:
-    """Shortest time until the footprint would have met a person, if neither changed its motion.
+    """Shortest time to a touch of a person, at constant twists.
 
     Formula: as `moving_time_to_collision_min_s`, for people alone; up to 10 s.
-    Source: Hayward 1972; SocNavBench "time to collision" (Biswas et al. 2022).
+    Source: Hayward 1972; SocNavBench "time to collision".
     """
     people_of(log)
     shortest_s = collision_times_s(log, first_body=len(movers_of(log).things)).min()
@@ -225,7 +222,7 @@ def social_force_on_people_mps2(log: TrialLog) -> float:
     """Mean over time of the social forces of the robot on all people, added up.
 
     Formula: mean over samples 0.1 s apart of the sum over people of |f|, f the social force at
-    factor 2.1 from the centre of the robot's outline (HuNavSim: the sum over samples). The force of
+    factor 2.1 from the centre of the robot's outline (HuNavSim sums over samples). The force of
     people on the robot has the same size.
     Source: HuNavSim "social force on agents"; force of Moussaid et al. 2009.
     """
@@ -236,10 +233,10 @@ def social_force_on_people_mps2(log: TrialLog) -> float:
 def people_slowdown_ratio(log: TrialLog) -> float:
     """Share of their wanted speed that people lost while they were within 3.6 m of the robot.
 
-    Formula: 1 - mean(min(speed / wanted speed, 1)) over people and samples with a gap below 3.6 m.
-    People who do not want to walk, or who have arrived, are left out. Others and walls slow people
-    down, too: compare controllers in one world, not worlds.
-    Source: after "average pedestrian velocity" of SEAN 2.0 (Tsoi et al. 2022).
+    Formula: 1 - mean(min(speed / wanted speed, 1)) over people and samples with a gap below 3.6 m,
+    without people who do not want to walk or have arrived. Others and walls slow people down, too:
+    compare controllers in one world, not worlds.
+    Source: after "average pedestrian velocity" of SEAN 2.0.
     """
     people = people_of(log)
     speeds = np.hypot(people.velocities_mps[..., 0], people.velocities_mps[..., 1])

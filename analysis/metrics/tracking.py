@@ -71,7 +71,7 @@ def project_on_polyline(points: Array, polyline: Array) -> Projection:
 def cross_track_error_mean_m(log: TrialLog) -> float:
     """Mean over time of the distance from the true position to the plan's line.
 
-    Formula: integral d dt / duration, d to the nearest point of the plan in force at the time, as a
+    Formula: integral d dt / duration, d the distance to the nearest point of the plan in force, a
     polyline.
     """
     return _mean_while_planned(log, projection_on_plans(log).distance_m)
@@ -100,7 +100,7 @@ def heading_error_mean_deg(log: TrialLog) -> float:
     """Mean over time of the angle between the robot's heading and the plan.
 
     Formula: mean |wrap(yaw - tangent of the plan in force at its point nearest to the robot)|,
-    wrapped to (-180, 180] deg, as the published error is not.
+    wrapped to (-180, 180] deg; the published error is not.
     """
     return _mean_while_planned(log, np.abs(_heading_errors_deg(log)))
 
@@ -109,7 +109,7 @@ def heading_error_mean_deg(log: TrialLog) -> float:
 def heading_error_max_deg(log: TrialLog) -> float:
     """Largest angle between heading and plan.
 
-    Formula: max |wrap(yaw - tangent of the plan in force at its point nearest to the robot)|.
+    Formula: maximum of the angle of heading_error_mean_deg.
     """
     return np.nanmax(np.abs(_heading_errors_deg(log)))
 
@@ -118,9 +118,9 @@ def heading_error_max_deg(log: TrialLog) -> float:
 def plan_progress_ratio(log: TrialLog) -> float:
     """Share of the plan that lies behind the robot at the end, whatever the outcome.
 
-    Formula: arc length of the first plan's point nearest to the last position / length of the first
-    plan. With waypoints: (length of the legs before + arc length on the first plan of the present
-    leg) / length of all legs; a leg without a plan has the straight distance between its goals.
+    Formula: arc length of the first plan up to its point nearest to the last position / length of
+    the first plan. With waypoints (length of the legs before + arc length on the first plan of the
+    present leg) / length of all legs; a leg without a plan counts as straight.
     """
     leg, lengths_m = present_leg(log), leg_lengths_m(log)
     if not log.first_plans:
@@ -134,11 +134,11 @@ def plan_progress_ratio(log: TrialLog) -> float:
 
 @metric(unit="s", better="lower", title="Time without progress")
 def stall_time_s(log: TrialLog) -> float:
-    """Time that a failed trial went on without getting farther along the plan.
+    """Time that a failed trial went on without progress along the plan.
 
     Formula: end time - first time at which the progress was within 0.05 m (one map cell) of its
-    maximum. Progress is the arc length of the point of the first plan (with waypoints, of the last
-    leg's) that is nearest to the robot.
+    maximum; progress is the arc length of the first plan (with waypoints the last leg's) up to its
+    point nearest to the robot.
     """
     if log.outcome is Outcome.SUCCEEDED:
         raise Undefined("the trial reached its goal")

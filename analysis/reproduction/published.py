@@ -137,9 +137,9 @@ def time_taken(log: TrialLog) -> float:
 def min_obstacle_distance(log: TrialLog) -> float:
     """Smallest distance from the reference point to a lethal cell of the local costmap.
 
-    Formula: a cell of column i and row j is taken to be at origin + resolution (i, j), its lower
-    left corner; the minimum over the published samples. Ignores the footprint, and is a cell's edge
-    longer behind the robot than ahead of it.
+    Formula: minimum over the published samples of the distance to origin + resolution (i, j) of a
+    lethal cell of column i and row j, its lower left corner. Ignores the footprint, and is a cell's
+    edge longer behind the robot than ahead of it.
     """
     return _seen_distances_m(log).min()
 
@@ -148,7 +148,7 @@ def min_obstacle_distance(log: TrialLog) -> float:
 def std_obstacle_distance(log: TrialLog) -> float:
     """Spread of the distance from the reference point to the nearest lethal cell.
 
-    Formula: the distance as in min_obstacle_distance; standard deviation (divisor n) over the
+    Formula: standard deviation (divisor n) of the distance of min_obstacle_distance over the
     published samples that see an obstacle.
     """
     return _seen_distances_m(log).std()
@@ -158,8 +158,9 @@ def std_obstacle_distance(log: TrialLog) -> float:
 def rms_linear_jerk(log: TrialLog) -> float:
     """Root mean square of the second difference of the commanded forward velocity.
 
-    Formula: a = diff(v)/dt, j = diff(a)/dt, sqrt(mean(j^2)) with dt = T/n. It grows as the
-    sampling period shrinks; comparable at the published period of 0.115 s only.
+    Formula: sqrt(mean(j^2)), j = diff(a)/dt, a = diff(v)/dt, dt = T/n. Grows as the sampling period
+    shrinks: comparable at the published 0.115 s only.
+    shrinks: comparable at the published 0.115 s only.
     """
     samples = published_samples(log)
     jerk = np.diff(samples.v_mps, n=2)
@@ -196,8 +197,8 @@ def max_velocity(log: TrialLog) -> float:
 def max_path_error(log: TrialLog) -> float:
     """Largest distance from a plan pose to the nearest driven pose.
 
-    Formula: per pose of the first plan but the last 4, distance to the nearest sample; the maximum.
-    In a trial that gives up early this is the length of the plan that was not driven.
+    Formula: maximum, over the poses of the first plan but the last 4, of the distance to the
+    nearest sample. In a trial that gives up early: the length of the plan that was not driven.
     """
     return _path_errors_m(log).max()
 
@@ -215,8 +216,8 @@ def min_path_error(log: TrialLog) -> float:
 def avg_path_error(log: TrialLog) -> float:
     """Mean distance from a plan pose to the nearest driven pose.
 
-    Formula: the distances of max_path_error; the mean. A perfectly driven line reads a quarter of
-    the distance between two samples.
+    Formula: the distances of max_path_error; the mean. A line that is driven perfectly gives a
+    quarter of the distance between two samples.
     """
     return _path_errors_m(log).mean()
 
@@ -225,26 +226,26 @@ def avg_path_error(log: TrialLog) -> float:
 def avg_heading_error(log: TrialLog) -> float:
     """Mean difference of the absolute headings of plan and robot.
 
-    Formula: per pose of the first plan, with the nearest sample, | |yaw robot| - |yaw plan| | in
-    degrees; the mean. Of several equally near samples the first counts: a robot that turns on the
-    spot has many. The metric ignores the sign of a heading. Its "std" is over the trials.
+    Formula: mean, over the poses of the first plan, of | |yaw robot| - |yaw plan| | in degrees at
+    the nearest sample. Ignores the sign of a heading. Of several equally near samples, as of a
+    robot that turns in place, the first counts. Its "std" is over the trials.
     """
     return _heading_error_deg(log, takes_last=False)
 
 
 @metric(unit="deg", better="neither", title="Average heading error, last of equally near samples")
 def avg_heading_error_last(log: TrialLog) -> float:
-    """`avg_heading_error` with the other rule for ties, to show the effect of the rule.
+    """`avg_heading_error` with the other rule for equally near samples.
 
     Formula: as `avg_heading_error`, but the last of several equally near samples counts. The
-    publication does not say which one it takes.
+    publication does not say which.
     """
     return _heading_error_deg(log, takes_last=True)
 
 
 @metric(unit="m^2/s", better="lower", title="Energy as published")
 def energy(log: TrialLog) -> float:
-    """The publication's "energy" (printed in J): the integral of the squared speed.
+    """The publication's "energy" (printed in J): integral of the squared speed.
 
     Formula: sum of (dx^2 + dy^2)/dt over consecutive samples with dt = T/n.
     """
@@ -259,8 +260,7 @@ def abort_time(log: TrialLog) -> float:
     """Time from the slowest sample of a failed trial to its end.
 
     Formula: time of the last sample - time of the first sample with the trial's lowest v; 0 where
-    that v is not below v max. No value where only the last sample has the lowest v: then the
-    samples do not show when giving up began.
+    that v is not below v max. No value where only the last sample has the lowest v.
     """
     if log.outcome is Outcome.SUCCEEDED:
         raise Undefined("the trial reached its goal")

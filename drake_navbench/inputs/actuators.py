@@ -30,14 +30,13 @@ class ActuatorSettings(FrozenModel):
     speed_step_mps: Speed = Field(
         0.0,
         ge=0.0,
-        description="Step of the wheel speeds; every speed is a multiple [m/s]; 0: no steps.",
+        description="Resolution of the wheel speeds: each is a multiple of it [m/s]; 0: none.",
     )
     radius_difference: float = Field(
         0.0,
         ge=-0.5,
         le=0.5,
-        description="Excess of the left wheel's radius over the right one's, as a share of "
-        "their mean.",
+        description="Left wheel's radius less the right one's, as a share of their mean.",
     )
     slip: float = Field(
         0.0, ge=0.0, le=0.95, description="Share of each wheel's speed that is lost by slip."
@@ -46,18 +45,19 @@ class ActuatorSettings(FrozenModel):
         0.0,
         ge=0.0,
         le=1.0,
-        description="Standard deviation of the noise on each wheel's slip, drawn every 0.1 s.",
+        description="Noise on each wheel's slip, standard deviation; drawn every 0.1 s.",
     )
     force_n: Length | None = Field(
         None,
         gt=0.0,
-        description="Largest force with which all wheels together push the robot [N]; null: "
-        "mass_kg times the drive's limit on acceleration.",
+        description="Largest total force of the wheels [N]; null: mass_kg times the drive's limit "
+        "on acceleration.",
     )
     payload_kg: Mass = Field(
         0.0,
         ge=0.0,
-        description="Load in addition to mass_kg; the robot speeds up and stops more slowly [kg].",
+        description="Load in addition to mass_kg, which makes the robot accelerate and brake more "
+        "slowly [kg].",
     )
     slope_rad: Angle = Field(0.0, ge=0.0, le=MAX_SLOPE_RAD, description="Slope of the floor [rad].")
     slope_direction_rad: Angle = Field(

@@ -104,8 +104,8 @@ class AmclSettings(FrozenModel):
     initial_xy_std_m: Length = Field(
         0.5,
         ge=0.0,
-        description="Standard deviation of the first particles' x and y, as of RViz's initial "
-        "pose [m].",
+        description="Standard deviation of the first particles' x and y [m]; the default is "
+        "RViz's.",
     )
     initial_yaw_std_rad: Angle = Field(
         math.pi / 12.0,

@@ -33,8 +33,8 @@ class DepthSensorSettings(FrozenModel):
         1.52,
         gt=0.0,
         le=2.0 * math.pi,
-        description="Horizontal field of view; at 2 pi the last column is one step short of "
-        "the first [rad].",
+        description="Horizontal field of view [rad]; at 2 pi the last column lies one step before "
+        "the first.",
     )
     vertical_fov_rad: float = Field(
         1.01, ge=0.0, le=2.0 * STEEPEST_RAD, description="Vertical field of view [rad]."
@@ -44,9 +44,7 @@ class DepthSensorSettings(FrozenModel):
     range_min_m: Length = Field(0.1, ge=0.0, description="Shortest valid range [m].")
     range_max_m: Length = Field(6.0, gt=0.0, description="Longest valid range [m].")
     period_s: Period = Field(0.1, description="Time between clouds [s].")
-    sees_floor: bool = Field(
-        False, description="Send points of the floor, too, which are at height 0."
-    )
+    sees_floor: bool = Field(False, description="Send points of the floor (height 0), too.")
 
     @model_validator(mode="after")
     def _check(self) -> DepthSensorSettings:

@@ -48,8 +48,8 @@ class _Drive(FrozenModel):
     )
     response_time_constant_s: Lag = Field(
         0.1,
-        description="Time constant of the velocity's first-order response [s], at least the step "
-        "of the integration.",
+        description="Time constant of the velocity's first-order response [s], at least the "
+        "integration step.",
     )
     max_linear_acceleration_mps2: Acceleration | None = Field(
         2.5, gt=0.0, description="Largest acceleration |dv/dt| [m/s^2]; null: no limit."
@@ -113,16 +113,16 @@ class DifferentialDrive(QuietModel, _TurningDrive):
         "ideal",
         description="Model of the motion. ideal: the velocity follows the command; "
         "planar_casters: motors, weight and casters in the plane; multibody: all "
-        "bodies of the model on a floor, in Drake's MultibodyPlant.",
+        "bodies of the model on a floor (Drake's MultibodyPlant).",
     )
     motors: MotorSettings = Field(default_factory=MotorSettings)
     casters: CasterSettings = Field(default_factory=CasterSettings)
     floor: FloorSettings = Field(default_factory=FloorSettings)
     load_position: tuple[Length, Length, Length] | None = Field(
         None,
-        description="Centre of the load in the base frame [m], for the part of mass_kg beyond "
-        "the model's bodies, a ball of 0.25 m radius; null: the model's own "
-        "centre of mass.",
+        description="Centre of the load in the base frame [m]; the load is mass_kg less the mass "
+        "of the model's bodies, a ball of 0.25 m radius; null: the model's centre of "
+        "mass.",
     )
     step_s: Period = Field(
         0.01, le=0.02, description="Time step of the physics planar_casters and multibody [s]."

@@ -51,14 +51,14 @@ class LidarSettings(QuietModel):
         2.0 * np.pi,
         gt=0.0,
         le=2.0 * np.pi,
-        description="Angle from the first to the last beam; at 2 pi the last beam is one step "
-        "short of the first [rad].",
+        description="Angle from the first to the last beam [rad]; at 2 pi the last beam lies one "
+        "step before the first.",
     )
     range_min_m: Length = Field(0.05, ge=0.0, description="Shortest valid range [m].")
     range_max_m: Length = Field(12.0, gt=0.0, description="Longest valid range [m].")
     period_s: Period = Field(0.1, description="Time between scans [s].")
     range_std_m: Length = Field(
-        0.0, ge=0.0, description="Standard deviation of the noise on each range [m]."
+        0.0, ge=0.0, description="Noise on each range, standard deviation [m]."
     )
     dropout_probability: float = Field(
         0.0, ge=0.0, le=1.0, description="Share of the beams that return nothing."
@@ -73,8 +73,7 @@ class LidarSettings(QuietModel):
         0.0,
         ge=0.0,
         le=1.0,
-        description="Share of the beams that always return one and the same range; drawn for "
-        "the trial.",
+        description="Share of the beams that always return one range; drawn for the trial.",
     )
     range_bias_m: Length = Field(0.0, description="Constant error of every range [m].")
 

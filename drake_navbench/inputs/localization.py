@@ -55,97 +55,90 @@ class LocalizationSettings(QuietModel):
     constant: ClassVar = frozenset({"period_s", "fix_period_s", "wheel_odometry", "amcl"})
 
     period_s: Period = Field(0.05, description="Time for which a noise sample is held [s].")
-    xy_std_m: Length = Field(
-        0.0, ge=0.0, description="Standard deviation of the noise on x and y [m]."
-    )
+    xy_std_m: Length = Field(0.0, ge=0.0, description="Noise on x and y, standard deviation [m].")
     yaw_std_rad: Angle = Field(
-        0.0, ge=0.0, description="Standard deviation of the noise on the heading [rad]."
+        0.0, ge=0.0, description="Noise on the heading, standard deviation [rad]."
     )
     linear_velocity_std_mps: Speed = Field(
         0.0,
         ge=0.0,
-        description="Standard deviation of the noise on v and, for omnidirectional bases, on "
-        "vy [m/s].",
+        description="Noise on v and vy, standard deviation [m/s].",
     )
     angular_velocity_std_radps: AngularSpeed = Field(
-        0.0, ge=0.0, description="Standard deviation of the noise on w [rad/s]."
+        0.0, ge=0.0, description="Noise on w, standard deviation [rad/s]."
     )
     drift: float = Field(
         0.0,
         ge=0.0,
         le=MAX_DRIFT,
-        description="Position error that the odometry gathers per metre, in a direction of "
-        "the base that is drawn for the trial [m/m].",
+        description="Position error of the odometry per metre driven; its direction in the base "
+        "frame is drawn for the trial [m/m].",
     )
     yaw_drift: float = Field(
         0.0,
         ge=0.0,
         le=MAX_DRIFT,
-        description="Heading error that the odometry gathers per radian of turning, to a side "
-        "that is drawn for the trial [rad/rad].",
+        description="Heading error of the odometry per radian turned; its sign is drawn for the "
+        "trial [rad/rad].",
     )
     random_drift: float = Field(
         0.0,
         ge=0.0,
         le=MAX_DRIFT,
-        description="Standard deviation of the odometry's error on x and y after a metre, "
-        "from wheel noise; it grows with the square root of the distance "
-        "[m/m^0.5].",
+        description="Random error of the odometry's x and y, standard deviation after one metre; "
+        "it grows with the square root of the distance [m/m^0.5].",
     )
     random_yaw_drift: float = Field(
         0.0,
         ge=0.0,
         le=MAX_DRIFT,
-        description="Standard deviation of the odometry's heading error after a metre, from "
-        "wheel noise [rad/m^0.5].",
+        description="Random error of the odometry's heading, in the same way [rad/m^0.5].",
     )
     wheel_odometry: bool = Field(
         False,
-        description="Compute the odometry from the wheels' nominal radii and speeds, so that "
-        "slip and unequal radii mislead it.",
+        description="Compute the odometry from the wheels' speeds and nominal radii, so that slip "
+        "and unequal radii falsify it.",
     )
     x_bias_m: Length = Field(
         0.0,
-        description="Constant error of the localized position along the robot's x, forward [m].",
+        description="Constant error of the localized position, forward [m].",
     )
     y_bias_m: Length = Field(
         0.0,
-        description="Constant error of the localized position along the robot's y, to the "
-        "left [m].",
+        description="Constant error of the localized position, to the left [m].",
     )
     yaw_bias_rad: Angle = Field(0.0, description="Constant error of the localized heading [rad].")
     jump_time_s: Duration = Field(
         5.0,
         ge=0.0,
-        description="Time at which the localization jumps and stays off [s]; null: never.",
+        description="Time at which the localized pose jumps, for good [s]; null: never.",
     )
     jump_m: Length = Field(
         0.0,
         ge=0.0,
-        description="Distance of the jump, in a direction that is drawn for the trial [m].",
+        description="Distance of the jump; its direction is drawn for the trial [m].",
     )
     jump_yaw_rad: Angle = Field(
         0.0,
         ge=0.0,
-        description="Change of heading of the jump, to a side that is drawn for the trial [rad].",
+        description="Turn of the jump; its sign is drawn for the trial [rad].",
     )
     fix_period_s: Period | None = Field(
         None,
-        description="Time between two fixes; a fix finds the pose on the map and so removes "
-        "the drift up to then [s]; null: no fix after the start.",
+        description="Time between two fixes [s]; a fix finds the pose on the map, which removes "
+        "the drift so far; null: no fix after the start.",
     )
     fix_lag_s: Duration = Field(0.0, ge=0.0, description="Time from a fix to its effect [s].")
     fix_xy_std_m: Length = Field(
-        0.0, ge=0.0, description="Standard deviation of the noise on x and y of a fix [m]."
+        0.0, ge=0.0, description="Noise on x and y of a fix, standard deviation [m]."
     )
     fix_yaw_std_rad: Angle = Field(
-        0.0, ge=0.0, description="Standard deviation of the noise on the heading of a fix [rad]."
+        0.0, ge=0.0, description="Noise on the heading of a fix, standard deviation [rad]."
     )
     amcl: AmclSettings | None = Field(
         None,
-        description="Parameters of AMCL, which finds the pose from the scans and the known "
-        "map instead of fixes and biases; a jump then displaces AMCL's estimate. "
-        "null: no AMCL.",
+        description="AMCL in place of fixes and biases: it finds the pose from scans and map; a "
+        "jump displaces its estimate. null: no AMCL.",
     )
 
     @model_validator(mode="after")

@@ -112,8 +112,7 @@ class NavigationSettings(FrozenModel):
     planner: PlannerSettings = Field(default_factory=SmacPlanner2DParameters)
     smoother: SmootherSettings = Field(
         default_factory=SimpleSmootherParameters,
-        description="Smoother for the SmoothPath node of a behaviour tree; the default tree "
-        "has no such node.",
+        description="Smoother of a behaviour tree's SmoothPath node; the default trees have none.",
     )
     behavior_tree: BehaviorTreeSettings = Field(default_factory=BehaviorTreeSettings)
     behavior_server: BehaviorServerParameters = Field(default_factory=BehaviorServerParameters)

@@ -36,12 +36,12 @@ class RangeSensorSettings(FrozenModel):
     range_max_m: Length = Field(3.0, gt=0.0, description="Longest range [m].")
     out_of_range: Literal["range_max", "inf"] = Field(
         "range_max",
-        description="Reading where nothing is in range: the longest range, as of most "
-        "drivers, or inf.",
+        description="Reading where nothing is in range: the longest range, as from most drivers, "
+        "or inf.",
     )
     period_s: Period = Field(0.1, description="Time between readings [s].")
     range_std_m: Length = Field(
-        0.0, ge=0.0, description="Standard deviation of the noise on each reading [m]."
+        0.0, ge=0.0, description="Noise on each reading, standard deviation [m]."
     )
 
     @model_validator(mode="after")

@@ -107,8 +107,8 @@ class Robot(QuietModel):
     lidar: LidarSettings = Field(default_factory=LidarSettings)
     depth_sensors: dict[str, DepthSensorSettings] = Field(
         default_factory=dict,
-        description="Depth cameras and lidars of several layers by name, for costmap layers "
-        "with PointCloud2.",
+        description="Depth cameras and multi-layer lidars by name; they send PointCloud2 to "
+        "costmap layers.",
     )
     range_sensors: dict[str, RangeSensorSettings] = Field(
         default_factory=dict,

@@ -23,17 +23,17 @@ class TimingSettings(FrozenModel):
     scan_jitter_s: Duration = Field(
         0.0,
         ge=0.0,
-        description="Largest additional latency of a scan, uniformly drawn from 0 to this [s].",
+        description="Additional latency of each scan, drawn uniformly from 0 to this [s].",
     )
     odometry_latency_s: Duration = Field(
         0.0,
         ge=0.0,
-        description="Latency of the pose and the velocity that controller and navigator get [s].",
+        description="Latency of the pose and velocity that controller and navigator get [s].",
     )
     odometry_jitter_s: Duration = Field(
         0.0,
         ge=0.0,
-        description="Largest additional latency of them, uniformly drawn from 0 to this [s].",
+        description="Their additional latency, drawn uniformly from 0 to this [s].",
     )
     command_latency_s: Duration = Field(
         0.0, ge=0.0, description="Latency from the navigation's last stage to the wheels [s]."
@@ -41,7 +41,7 @@ class TimingSettings(FrozenModel):
     command_jitter_s: Duration = Field(
         0.0,
         ge=0.0,
-        description="Largest additional latency of a command, uniformly drawn from 0 to this [s].",
+        description="Additional latency of each command, drawn uniformly from 0 to this [s].",
     )
     command_loss_probability: float = Field(
         0.0, ge=0.0, le=1.0, description="Share of the commands that are lost."
@@ -53,15 +53,15 @@ class TimingSettings(FrozenModel):
     )
     compute_time: str | float = Field(
         0.0,
-        description="Time that a control cycle takes in the simulation; a cycle that misses "
-        "its period delays the next one. measured: the wall-clock time that it "
-        "took; scaled: that times compute_time_scale; a number: so many [ms].",
+        description="Simulated duration of a control cycle: a number [ms]; measured: the "
+        "wall-clock time that it took; scaled: that times compute_time_scale. A cycle "
+        "that exceeds its period delays the next one.",
     )
     compute_time_scale: float = Field(
         1.0,
         gt=0.0,
         le=1e4,
-        description="Factor on the measured compute time: how much slower the robot's computer is.",
+        description="Factor by which the robot's computer is slower, for scaled.",
     )
 
     @field_validator("compute_time")

@@ -12,7 +12,7 @@ MIN_TRAIL_M = 0.01
 
 
 class MotorSettings(FrozenModel):
-    """The motors of the two driven wheels: torque by the error of the wheel's speed, and its sum.
+    """The motors of the two driven wheels, each a PI controller of its wheel's speed.
 
     A motor on a constant voltage has the first part alone, with the slope of its torque over its
     speed. A speed loop makes the slope steeper and may add the second part, an integral.
@@ -22,14 +22,14 @@ class MotorSettings(FrozenModel):
         140.0,
         gt=0.0,
         le=1e5,
-        description="Torque of a motor per rad/s of speed error of its wheel [N m s].",
+        description="Torque per rad/s of the wheel's speed error [N m s].",
     )
     integral_nm: float = Field(
         0.0,
         ge=0.0,
         le=1e5,
-        description="Torque of a motor per rad of angle error of its wheel [N m]; 0: a load "
-        "slows the wheel for as long as it acts.",
+        description="Torque per rad of the wheel's angle error [N m]; 0: a lasting load keeps the "
+        "wheel below its speed.",
     )
     max_torque_nm: float = Field(
         80.0, gt=0.0, le=1e5, description="Largest torque of each drive wheel's motor [N m]."
@@ -38,8 +38,7 @@ class MotorSettings(FrozenModel):
         0.0,
         ge=0.0,
         le=1e4,
-        description="Friction torque of gear and tyre, which a motor must exceed to turn the "
-        "wheel [N m].",
+        description="Friction torque of gear and tyre, which the motor must exceed [N m].",
     )
 
 
@@ -62,18 +61,18 @@ class CasterSettings(FrozenModel):
         0.5,
         ge=0.0,
         le=100.0,
-        description="Friction torque about the swivel axis, of bearing and tyre together [N m].",
+        description="Friction torque about the swivel axis, of bearing and tyre [N m].",
     )
     start_angles_rad: tuple[Angle, ...] | None = Field(
         None,
         min_length=1,
-        description="Caster angles at the start: 0 as in driving forward, 3.14159 as in "
-        "driving backward [rad]; null: 0.",
+        description="Caster angles at the start [rad]: 0 as in driving forward, 3.14159 as in "
+        "driving backward; null: 0.",
     )
 
 
 class FloorSettings(FrozenModel):
-    """The contact of wheels and floor; the physics planar_casters knows no slip."""
+    """The contact of wheels and floor in the physics multibody; planar_casters has no slip."""
 
     friction: float = Field(
         0.8, gt=0.0, le=10.0, description="Coefficient of friction of a tyre on the floor."

@@ -168,10 +168,11 @@ class CollisionMonitorParameters(QuietModel):
 
     nav2_release: Release = Field(
         NEWEST_RELEASE,
-        description="Nav2 release whose rules apply: up to Iron a source without current data is "
-        "left out and stops nothing; Humble's approach stops at one point less inside the shape; "
-        "Iron limits v and w separately; Kilted chooses sub-polygons of a holonomic base by v; "
-        "Lyrical drops a range that is not finite, so that the one before counts on.",
+        description="Nav2 release whose rules apply. Up to Iron a source without current data "
+        "stops nothing; Humble's approach acts from one point less inside the shape; "
+        "Iron limits v and w separately; Kilted chooses sub-polygons of a holonomic "
+        "base by v; Lyrical ignores a range that is not finite and goes on with the "
+        "one before.",
     )
 
     polygons: dict[str, MonitorShape] = Field(

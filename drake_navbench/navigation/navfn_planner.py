@@ -57,7 +57,7 @@ class NavfnPlannerParameters(FrozenModel):
     nav2_release: Release = Field(
         NEWEST_RELEASE,
         description="Nav2 release whose rules apply: Iron refuses a start on a lethal cell; up to "
-        "Iron the goal is a further pose even where the path ends at its position.",
+        "Iron the goal is appended even where the path ends at its position.",
     )
     tolerance: float = Field(
         0.5,

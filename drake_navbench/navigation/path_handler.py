@@ -31,8 +31,8 @@ class PathHandlerParameters(FrozenModel):
     )
     max_robot_pose_search_dist: Length | None = Field(
         None,
-        description="Arc length that is searched for the closest pose [m]; negative: the "
-        "whole plan; null: half the larger side of the local costmap.",
+        description="Arc length of the plan in which the closest pose is searched [m]; negative: "
+        "all of it; null: half the local costmap's larger side.",
     )
     enforce_path_inversion: bool = Field(
         False, description="Drive to each cusp of the plan before the part behind it."

@@ -72,38 +72,38 @@ class SmacPlanner2DParameters(SmacSearchParameters):
     expansions_per_second: Number = Field(
         1e6,
         gt=0.0,
-        description="Ours: turns max_planning_time into a count, so that no result depends on "
-        "the speed of the computer [1/s]",
+        description="Ours: turns max_planning_time into a count of expansions, so that results do "
+        "not depend on the computer's speed [1/s]",
     )
     use_cell_centres: bool = Field(
         True,
-        description="Ours: poses, and distances to the goal, count from the middle of cells; Nav2: "
-        "from their lower left corners.",
+        description="Ours: poses and distances to the goal refer to the middle of a cell; Nav2: "
+        "to its lower left corner.",
     )
     use_exact_end_points: bool = Field(
         True,
-        description="Ours: the path starts at the start and ends at the goal before it is "
-        "smoothed, offsets within a cell blended along it; Nav2: starts at a cell, the goal "
-        "replaces the last position after smoothing.",
+        description="Ours: before it is smoothed, the path is moved to the exact start and goal, "
+        "their offsets within the cell blended along it; Nav2: it starts at the cell, "
+        "and after smoothing its last position is replaced by the goal.",
     )
     allow_corner_cutting: bool = Field(
-        False, description="Nav2: True, diagonal steps may pass between two blocked cells."
+        False, description="Let diagonal steps pass between two blocked cells; Nav2: true."
     )
     always_assign_headings: bool = Field(
         True, description="Ours: also short and unsmoothed paths get headings; Nav2: yaw 0."
     )
     downsample_known_cells: bool = Field(
         True,
-        description="Ours: a merged cell has the largest known cost, unknown if none is known; "
-        "Nav2: one unknown cell makes it unknown, even beside lethal ones.",
+        description="Ours: a merged cell has the largest known cost; Nav2: one unknown cell makes "
+        "it unknown, even beside lethal ones.",
     )
     report_time_limit_as_timeout: bool = Field(
         True, description="Ours: max_planning_time gives PlannerTimedOut; Nav2: no valid path."
     )
     check_footprint: bool = Field(
         False,
-        description="Ours: refuse a path on which the footprint meets an obstacle, or the centre "
-        "of a robot given by a radius an inscribed cell.",
+        description="Ours: refuse a path on which the footprint meets an obstacle; with "
+        "robot_radius, one whose poses lie in inscribed cells.",
     )
 
     @classmethod

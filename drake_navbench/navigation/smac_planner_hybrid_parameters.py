@@ -52,7 +52,7 @@ class SmacPlannerHybridParameters(SmacSearchParameters):
     )
     cache_obstacle_heuristic: bool = Field(
         False,
-        description="Nav2: keep the obstacle heuristic of a goal. No effect: here nothing is kept.",
+        description="No effect here: no obstacle heuristic is kept.",
     )
     reverse_penalty: Number = Field(2.0, ge=0.0, description="Cost factor of driving backwards.")
     change_penalty: Number = Field(
@@ -105,8 +105,8 @@ class SmacPlannerHybridParameters(SmacSearchParameters):
     expansions_per_second: Number = Field(
         1e5,
         gt=0.0,
-        description="Ours: turns max_planning_time into a count, so that no result depends on "
-        "the speed of the computer [1/s].",
+        description="Ours: turns max_planning_time into a count of expansions, so that results do "
+        "not depend on the computer's speed [1/s].",
     )
 
     @model_validator(mode="after")

@@ -52,8 +52,8 @@ class PartsParameters(FrozenModel):
 
     nav2_release: Release = Field(
         NEWEST_RELEASE,
-        description="Nav2 release whose rules apply: which parts are too short to be smoothed, "
-        "how refinements are counted, whether moved points are read",
+        description="Nav2 release whose rules apply: which parts are too short to smooth, how "
+        "refinements are counted, whether moved points are read",
     )
     enforce_path_inversion: bool = Field(
         True,

@@ -57,7 +57,7 @@ class ThetaStarPlannerParameters(FrozenModel):
     terminal_checking_interval: int = Field(
         5000,
         gt=0,
-        description="Nav2: expansions between two checks for a cancellation. No effect here.",
+        description="Expansions between two checks for a cancellation in Nav2; no effect here.",
     )
     use_final_approach_orientation: bool = Field(
         False, description="End the path with its own direction, not with the goal's heading."

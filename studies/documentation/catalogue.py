@@ -14,8 +14,8 @@ from drake_navbench.logs.text_tables import markdown_table
 INTRODUCTION = """\
 # Metrics
 
-What does a column of a table or report mean? A metric is a number that is computed from the log of
-one trial. These two commands choose the columns of the terminal, and add
+Look up here what a column of a table or report means. Each metric is a number computed from the log
+of one trial. These commands choose the columns of the terminal, and add
 [a metric of your own](two_files.md#metrics):
 
 ```
@@ -23,27 +23,28 @@ drake-navbench run empty --controllers rpp --columns time_to_goal_s,min_clearanc
 drake-navbench run empty --controllers rpp --metric my.py:my_metric
 ```
 
-- ↑: higher is better; ↓: lower is better; without an arrow neither is. The unit stands in brackets.
+- ↑: higher is better; ↓: lower is better; no arrow: neither. The unit stands in brackets.
 - Bar: verdicts ignore differences up to this one.
 - An empty cell: the metric has no value for that trial; the cell names the reason.
-- Metrics under "Published" keep the definitions of Schena 2024 with their weaknesses; take the
-  corrected form, whose name ends in its unit.
-- *First plan*: the plan made at the start, the only one in `follow_path`. With waypoints it is the
-  first plan of each leg, one behind the other (`course` of a `TrialLog`; one by one,
-  `first_plans`), in `navigate_through_poses` the one plan through all poses.
-- *Plan in force* at a time: the latest plan that the controller had been given by then, also
-  during recoveries and pauses. Metrics of tracking leave out the time before the first plan.
+- "Published" metrics keep the definitions of Schena 2024, weaknesses included. Prefer the corrected
+  form; its name ends in its unit.
+- *First plan*: the plan made at the start, in `follow_path` the only one. With waypoints: the first
+  plans of all legs, one behind the other (`course` of a `TrialLog`; singly `first_plans`); in
+  `navigate_through_poses` the one plan through all poses.
+- *Plan in force*: the latest plan that the controller had been given, also during recoveries and
+  pauses. Metrics of tracking leave out the time before the first plan.
+- Sources by name: BARN (Perille et al. 2020; Xiao et al. 2022), HuNavSim (Perez-Higueras et al.
+  2023), SEAN 2.0 (Tsoi et al. 2022), SocNavBench (Biswas et al. 2022), TAGA (Roy and Rahman, arXiv
+  2503.21168v3).
 
-To give a metric to others, name its module in an entry point of the group `drake_navbench.metrics`.
-
-`make docs` makes this page from the docstrings of the metrics.
+A package offers metrics by an entry point of the group `drake_navbench.metrics` that names their
+module. `make docs` makes this page from the metrics' docstrings.
 """
 CHECKS = """
 ## Checks
 
-A check is a rule that every log must keep, whatever the controller does. The report has a line of
-warning for each broken rule; the column `violations` in trials.parquet counts the rows that break
-one.
+Every log must keep these rules, whatever the controller does. The report warns of each broken one;
+the column `violations` in trials.parquet counts the rows that break one.
 """
 ARROWS = {"higher": " ↑", "lower": " ↓", "neither": ""}
 REPLACED_BY = {

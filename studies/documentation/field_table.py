@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from drake_navbench.inputs.robot import ROBOT_FILES, Robot, load_robot
@@ -13,33 +13,31 @@ from drake_navbench.logs.text_tables import markdown_table
 INTRODUCTION = """\
 # Fields of a robot file
 
-Look up a field here while you write a robot file. The shortest one that drives:
+Look up here what you may write into a robot file, the YAML file behind `--robot my_robot.yaml`. The
+shortest one that drives:
 
 ```yaml
 description: My robot
 robot_radius: 0.2
 ```
 
-`description` and an outline are needed (`footprint`, `robot_radius`, or a `model`, which also gives
-the mass). Every other field has the default shown here. A URDF, SDF or xacro can take the file's
-place: [how](your_robot.md#a-robot-as-it-lies-in-its-repository). With `--nav2 FILE` your Nav2 file
-gives the `navigation`, and only [what no Nav2 file contains](nav2_files.md#what-is-taken) is left
-to write.
+Only `description` and an outline are needed: `robot_radius`, `footprint`, or a `model`, which also
+gives the mass. A URDF, SDF or xacro can take the file's place
+([how](your_robot.md#a-robot-as-it-lies-in-its-repository)). With `--nav2 FILE` your Nav2 file gives
+the `navigation`; you write only [what no Nav2 file contains](nav2_files.md#what-is-taken).
 
-How to read the tables:
+Example: `range_max_m` (`12.0`) below `lidar` is written `lidar: {range_max_m: 8.0}`, or for a sweep
+`--sweep lidar.range_max_m=4,8`. Default in round brackets, unit in square ones.
 
-- A heading is the first part of a field's name: `range_max_m` under `lidar` is
-  `lidar.range_max_m`, in a file `lidar: {range_max_m: 8.0}`, for `--sweep`
-  `lidar.range_max_m=4,8`.
-- `NAME` stands for a name of your choice.
-- A row with `type:` or `plugin:` begins the fields of that kind; rows before it apply to all kinds.
+- `NAME`: a name of your choice.
+- "As in Nav2": name, meaning and unit are those of Nav2's configuration guide. Such fields of a
+  block share a row: `a.b`: `c` (`1`), `d` (`2`) are `a.b.c` and `a.b.d`.
+- "Ours: ...; Nav2: ...": the default does the first, the other value the second.
+- A row `type: ...` or `plugin: ...` begins the fields of that kind; rows above it apply to all.
 - "Fields of X", "as in X: ...": these rows of X apply, with their defaults.
-- The default stands in round brackets, the unit in square ones.
-- "As in Nav2": name, meaning and unit are those of Nav2's configuration guide.
-- `schemas/robot.json` has the meaning and the limits of every field;
-  editors show them.
 
-`make docs` makes this page."""
+`schemas/robot.json` holds every field's meaning and limits for editors; `make docs` makes it
+and this page."""
 # Fields that the loader sets.
 NOT_IN_FILES = ("directory",)
 # A block below this heading has a heading of its own.
@@ -92,40 +90,38 @@ def robots_page() -> str:
 
 def _table(rows: Iterable[Row]) -> list[str]:
     """Returns a table of fields with one row for all parameters of Nav2's AMCL."""
-    long: list[tuple[str, str]] = []
-    amcls: list[str] = []
-    for place, default, meaning in rows:
-        shown = _with_default(place, default)
-        if place.startswith("`amcl.") and not place.endswith(("_m`", "_rad`")):
-            amcls.append(shown)
-        else:
-            long.append((shown, meaning))
-    if amcls:
-        where = [shown for shown, _ in long].index("`amcl` (none)") + 1
-        long.insert(where, (", ".join(amcls), AS_IN_NAV2))
-    return markdown_table(TITLES, long)
-
-
-def _with_default(place: str, default: str) -> str:
-    return f"{place} ({default})" if default else place
+    return _grouped_table(
+        rows,
+        lambda place, _: place.startswith("`amcl.") and not place.endswith(("_m`", "_rad`")),
+    )
 
 
 def _short_table(rows: Iterable[Row]) -> list[str]:
-    """Returns a table of fields with one row for neighbours that mean the same as in Nav2."""
+    """Returns a table of fields with one row for those of a block that mean the same as in Nav2."""
+    return _grouped_table(rows, lambda _, meaning: not TELLS_MORE.search(meaning))
+
+
+def _grouped_table(rows: Iterable[Row], is_grouped: Callable[[str, str], bool]) -> list[str]:
+    """Returns a table in which the fields of one kind and block share the row of the first.
+
+    is_grouped: whether a field with this place and meaning shares a row with others.
+    """
     short: list[tuple[str, str]] = []
-    names: list[str] = []
+    group_rows: dict[str, int] = {}
     for place, default, meaning in rows:
-        is_kind = place.startswith(("`plugin:", "`type:"))
-        shown = f"{place} ({default})" if default else place
-        if not is_kind and default and not TELLS_MORE.search(meaning):
-            names.append(shown)
+        if place.startswith(("`plugin:", "`type:")):
+            group_rows.clear()
+        elif default and is_grouped(place, meaning):
+            block, _, name = place.strip("`").rpartition(".")
+            shown = f"`{name}` ({default})"
+            if block in group_rows:
+                before, _ = short[group_rows[block]]
+                short[group_rows[block]] = (f"{before}, {shown}", AS_IN_NAV2)
+            else:
+                group_rows[block] = len(short)
+                short.append((f"`{block}`: {shown}" if block else shown, AS_IN_NAV2))
             continue
-        if names:
-            short.append((", ".join(names), AS_IN_NAV2))
-            names = []
-        short.append((shown, meaning))
-    if names:
-        short.append((", ".join(names), AS_IN_NAV2))
+        short.append((f"{place} ({default})" if default else place, meaning))
     return markdown_table(TITLES, short)
 
 

@@ -63,17 +63,17 @@ class BehaviorTreeSettings(QuietModel, PluginBlocks):
 
     tree: Annotated[NodeDescription | None, BeforeValidator(tuples_for_lists)] = Field(
         None,
-        description="Tree that replaces the default one of navigate_to_pose; the other fields "
-        "apply to default trees only.",
+        description="Tree in place of the default one of navigate_to_pose; of the fields below, "
+        "only nav2_release and bt_loop_duration act on it.",
     )
     through_poses_tree: Annotated[NodeDescription | None, BeforeValidator(tuples_for_lists)] = (
         Field(None, description="Tree that replaces the default one of navigate_through_poses.")
     )
     nav2_release: Release = Field(
         NEWEST_RELEASE,
-        description="Whose default trees and nodes: the trees of Lyrical keep a valid path near "
-        "the goal; those of Humble, through poses also Iron's, meet every failure with a recovery, "
-        "the others only where one is useful.",
+        description="Nav2 release whose default trees and nodes are used: Lyrical's trees keep a "
+        "valid path near the goal; Humble's, through poses also Iron's, recover from "
+        "every failure, the others only where a recovery is useful.",
     )
     recovery_actions: Annotated[tuple[str, ...], BeforeValidator(tuples_for_lists)] = Field(
         RECOVERY_ACTIONS,
@@ -86,15 +86,14 @@ class BehaviorTreeSettings(QuietModel, PluginBlocks):
     )
     wrap_around: bool = Field(
         False,
-        description="Start over after the last recovery action. Nav2's default tree gives up "
-        "after it, even where it succeeded.",
+        description="Start over after the last recovery action; Nav2's default tree gives up, "
+        "even where it succeeded.",
     )
     bt_loop_duration: Count | None = Field(
         None,
         ge=1,
-        description="Time between two ticks [ms], in Nav2 10; null: the shorter one of the "
-        "controller server's and the behaviours' periods, which gives the same "
-        "result.",
+        description="Time between two ticks [ms], in Nav2 10; null: the shorter of the controller "
+        "server's and the behaviours' periods, with the same result.",
     )
     hz: Frequency = Field(
         1.0,
@@ -104,7 +103,7 @@ class BehaviorTreeSettings(QuietModel, PluginBlocks):
     through_poses_hz: Frequency = Field(
         0.333,
         gt=0.0,
-        description="Rate at which navigate_through_poses looks which poses are passed, and "
+        description="Rate at which navigate_through_poses checks which poses are passed, and "
         "considers a new plan [Hz].",
     )
     through_poses_radius: Length = Field(

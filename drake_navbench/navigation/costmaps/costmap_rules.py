@@ -21,7 +21,7 @@ class CostmapRules(FrozenModel):
 
     nav2_release: Release = Field(
         NEWEST_RELEASE,
-        description="Nav2 release whose rules apply: up to Kilted inflation spreads cell by "
+        description="Nav2 release whose rules apply: up to Kilted inflation spreads from cell to "
         "cell, and a rolling window is offset by a quarter of a cell.",
     )
     track_unknown_space: bool = Field(

@@ -73,8 +73,8 @@ class CostmapSettings(CostmapRules, PluginBlocks):
     binary_filter: BinaryFilterSettings = Field(default_factory=BinaryFilterSettings)
     plugins: list[LayerName] = Field(
         ["static_layer", "obstacle_layer", "inflation_layer"],
-        description="Layers in the order in which they write; a filter among them is "
-        "inflated, too.",
+        description="Layers in the order in which they write; filters among them are inflated, "
+        "too.",
     )
     filters: list[FilterName] = Field(
         ["keepout_filter"], description="Filters that act on the finished costs, in order."
@@ -117,8 +117,8 @@ class LocalCostmapSettings(CostmapSettings):
     )
     plugins: list[LayerName] = Field(
         ["obstacle_layer", "inflation_layer"],
-        description="Layers in the order in which they write; a filter among them is "
-        "inflated, too.",
+        description="Layers in the order in which they write; filters among them are inflated, "
+        "too.",
     )
     filters: list[FilterName] = Field(
         ["keepout_filter", "speed_filter", "binary_filter"],
