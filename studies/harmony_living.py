@@ -149,10 +149,12 @@ def compared(rows: pd.DataFrame, ours: str, other: str) -> str:
     bound = 100.0 * share_bound(lost, len(arrives))
     words.append(f"only the other one arrives in {lost} of {len(arrives)} (at most {bound:.1f}%)")
     time_s = wide["time_to_goal_s"][arrives.all(axis=1)]
-    behind = (time_s[ours] / time_s[other]).groupby("scenario").mean() - 1.0
+    # Of a single scenario the seeds are the units.
+    unit = "scenario" if time_s.index.unique("scenario").size > 1 else "seed"
+    behind = (time_s[ours] / time_s[other]).groupby(unit).mean() - 1.0
     words.append(
         f"time {100.0 * behind.mean():+.1f}% (at most {100.0 * mean_bound(behind):+.1f}%) "
-        f"in {len(behind)} scenarios"
+        f"in {len(behind)} {unit}s"
     )
     return f"{ours} against {other}: " + "; ".join(words)
 
@@ -175,7 +177,10 @@ def main() -> None:
     parser.add_argument("--columns", type=int, help="how many of each map's columns")
     parser.add_argument("--scenarios", nargs="+", choices=LIVING_WORLD, default=LIVING_WORLD)
     parser.add_argument("--judge", action="store_true", help="drives nothing")
+    parser.add_argument("--among", nargs="+", help="columns of FILE; the first against the others")
     arguments = parser.parse_args()
+    if arguments.among and not arguments.judge:
+        parser.error("--among: expected --judge beside it, as it drives nothing")
     columns = {
         name: dict(list(SAME_MAP[name].items())[: arguments.columns]) for name in arguments.maps
     }
@@ -185,8 +190,10 @@ def main() -> None:
                 drive_round(arguments.file, number, columns[name], arguments.scenarios)
     rows = pd.read_csv(arguments.file)
     require_no_errors(rows, arguments.file)
-    for name in columns:
-        ours, *others = columns[name]
+    judged = {name: list(columns[name]) for name in columns}
+    if arguments.among:
+        judged = {"among": arguments.among}
+    for name, (ours, *others) in judged.items():
         whole = whole_rounds(rows, [ours, *others], arguments.scenarios)
         if whole.empty:
             print(f"{name}: no whole round is driven\n")
