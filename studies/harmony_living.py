@@ -3,13 +3,14 @@
 `python studies/harmony_living.py FILE --rounds N` drives them and prints tables; with --judge it
 drives nothing. A round is one trial of every scenario by each of the columns, from campaign seed
 500 on; columns are compared with those that have the same kind of map, or with the first --columns
-of them. FILE gets a line a trial, and the drive goes on where FILE ends. What the rows decide is in
-docs/harmony.md.
+of them. With --scenarios a round has these scenarios alone. FILE gets a line a trial, and the drive
+goes on where FILE ends. What the rows decide is in docs/harmony.md.
 """
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -63,22 +64,29 @@ def clearing(scenario: Scenario) -> Scenario:
     return scenario.model_copy(update={"robot_overrides": scenario.robot_overrides | CLEARED})
 
 
-def specs_of(round_number: int, column: str, clears: bool) -> list[TrialSpec]:
+def specs_of(
+    round_number: int, column: str, clears: bool, names: Sequence[str] = LIVING_WORLD
+) -> list[TrialSpec]:
     """Returns the trials of a round, one a scenario, by a column of the controller."""
-    scenarios = [load_scenario(name) for name in LIVING_WORLD]
+    scenarios = [load_scenario(name) for name in names]
     if clears:
         scenarios = [clearing(scenario) for scenario in scenarios]
     seed = FIRST_SEED + round_number
     return list(plan_campaign(scenarios, [column], trials=1, seed=seed, keeps_costmaps=False).specs)
 
 
-def drive_round(path: Path, round_number: int, columns: dict[str, tuple[str, bool]]) -> None:
+def drive_round(
+    path: Path,
+    round_number: int,
+    columns: dict[str, tuple[str, bool]],
+    scenarios: Sequence[str] = LIVING_WORLD,
+) -> None:
     """Drives what FILE does not hold yet of a round; a line is written as soon as it is known."""
     driven = set(pd.read_csv(path)["identity"]) if path.exists() else set()
     names: dict[str, str] = {}
     missing = []
     for name, (column, clears) in columns.items():
-        for spec in specs_of(round_number, column, clears):
+        for spec in specs_of(round_number, column, clears, scenarios):
             if spec.identity not in driven:
                 names[spec.identity] = name
                 missing.append(spec)
@@ -92,11 +100,13 @@ def drive_round(path: Path, round_number: int, columns: dict[str, tuple[str, boo
     drive_each(missing, table_row, jobs=1, on_row=write)
 
 
-def whole_rounds(rows: pd.DataFrame, columns: list[str]) -> pd.DataFrame:
+def whole_rounds(
+    rows: pd.DataFrame, columns: list[str], scenarios: Sequence[str] = LIVING_WORLD
+) -> pd.DataFrame:
     """Returns the rows of the rounds that each of these columns has driven wholly."""
-    own = rows[rows["column"].isin(columns)]
+    own = rows[rows["column"].isin(columns) & rows["scenario"].isin(scenarios)]
     counts = own.groupby("seed")["column"].count()
-    return own[own["seed"].isin(counts.index[counts == len(columns) * len(LIVING_WORLD)])]
+    return own[own["seed"].isin(counts.index[counts == len(columns) * len(scenarios)])]
 
 
 def table(rows: pd.DataFrame) -> pd.DataFrame:
@@ -139,10 +149,12 @@ def compared(rows: pd.DataFrame, ours: str, other: str) -> str:
     bound = 100.0 * share_bound(lost, len(arrives))
     words.append(f"only the other one arrives in {lost} of {len(arrives)} (at most {bound:.1f}%)")
     time_s = wide["time_to_goal_s"][arrives.all(axis=1)]
-    behind = (time_s[ours] / time_s[other]).groupby("scenario").mean() - 1.0
+    # Of a single scenario the seeds are the units.
+    unit = "scenario" if time_s.index.unique("scenario").size > 1 else "seed"
+    behind = (time_s[ours] / time_s[other]).groupby(unit).mean() - 1.0
     words.append(
         f"time {100.0 * behind.mean():+.1f}% (at most {100.0 * mean_bound(behind):+.1f}%) "
-        f"in {len(behind)} scenarios"
+        f"in {len(behind)} {unit}s"
     )
     return f"{ours} against {other}: " + "; ".join(words)
 
@@ -163,20 +175,26 @@ def main() -> None:
     parser.add_argument("--first-round", type=int, default=0)
     parser.add_argument("--maps", nargs="+", choices=list(SAME_MAP), default=list(SAME_MAP))
     parser.add_argument("--columns", type=int, help="how many of each map's columns")
+    parser.add_argument("--scenarios", nargs="+", choices=LIVING_WORLD, default=LIVING_WORLD)
     parser.add_argument("--judge", action="store_true", help="drives nothing")
+    parser.add_argument("--among", nargs="+", help="columns of FILE; the first against the others")
     arguments = parser.parse_args()
+    if arguments.among and not arguments.judge:
+        parser.error("--among: expected --judge beside it, as it drives nothing")
     columns = {
         name: dict(list(SAME_MAP[name].items())[: arguments.columns]) for name in arguments.maps
     }
     if not arguments.judge:
         for number in range(arguments.first_round, arguments.first_round + arguments.rounds):
             for name in columns:
-                drive_round(arguments.file, number, columns[name])
+                drive_round(arguments.file, number, columns[name], arguments.scenarios)
     rows = pd.read_csv(arguments.file)
     require_no_errors(rows, arguments.file)
-    for name in columns:
-        ours, *others = columns[name]
-        whole = whole_rounds(rows, [ours, *others])
+    judged = {name: list(columns[name]) for name in columns}
+    if arguments.among:
+        judged = {"among": arguments.among}
+    for name, (ours, *others) in judged.items():
+        whole = whole_rounds(rows, [ours, *others], arguments.scenarios)
         if whole.empty:
             print(f"{name}: no whole round is driven\n")
             continue

@@ -106,17 +106,27 @@ class WayFinder:
                 stop_m = self._parameters.give_up_distance - SLOW_AT_M
                 return FoundWay(up_to_blocked(way, stop_m), False, None, way.blocked_m)
         if detour is None:
-            return FoundWay(around(way), True, None, way.blocked_m)
+            past = around(way)
+            if memory.is_trapped or memory.backs_up:
+                past = self._backed_up(past, start, field, is_backing=memory.backs_up)
+            return FoundWay(past, True, None, way.blocked_m)
         whole = joined(detour, observation.plan, observation.global_plan)
         past = self._along(whole, observation, field, reach_m)
         # On a detour that ends in the goal, the detour's heading counts until the robot is there.
         nears_goal = past.nears_goal and len(whole) > len(detour)
         past = past._replace(blocked_m=np.inf, behind=None, nears_goal=nears_goal, is_detour=True)
-        p = self._parameters
-        room = field, self._discs, self._clearance
-        if p.max_vel_x_backwards > 0.0 and must_back_up(past, start, *room, memory.backs_up):
-            past = straight_back(start, p.max_vel_x_backwards * p.horizon)
+        past = self._backed_up(past, start, field, is_backing=memory.backs_up)
         return FoundWay(past, True, detour, way.blocked_m)
+
+    def _backed_up(
+        self, way: Way, start: Array, field: DistanceField, *, is_backing: bool
+    ) -> Way:
+        """Returns the way, or one straight back if the robot has no room to turn towards it."""
+        fastest, horizon = self._parameters.max_vel_x_backwards, self._parameters.horizon
+        room = field, self._discs, self._clearance
+        if fastest > 0.0 and must_back_up(way, start, *room, is_backing):
+            return straight_back(start, fastest * horizon)
+        return way
 
     def _along(
         self, plan: Array, observation: Observation, field: DistanceField, reach_m: float

@@ -32,6 +32,9 @@ SCREEN = (1.2, -3.0, 1.3, 0.3)
 # Three walls around the path's first 1.7 m, wider than the robot but too narrow to turn in.
 DEAD_END = ((0.4, 0.5, 1.7, 0.6), (0.4, -0.6, 1.7, -0.5), (1.6, -0.5, 1.7, 0.5))
 
+# Two walls along the path, wider than the robot but too narrow to turn between them.
+SIDES = ((-2.0, 0.5, 4.0, 0.6), (-2.0, -0.6, 4.0, -0.5))
+
 
 def field_with(*boxes):
     return distance_field(costmap_with(*boxes))
@@ -130,12 +133,27 @@ def test_the_robot_backs_up_where(yaw, boxes, before, backs_up):
     assert must_back_up(way, start, field, DISCS, 0.05, before) is backs_up
 
 
-def find_way(*boxes, detour=None, **values):
+def find_way(*boxes, detour=None, is_trapped=False, **values):
     """The way that a robot finds at the origin, 0.5 m/s fast, on a plan along x."""
     controller, now = Harmony(HarmonyParameters(), setup_for()), seen(*boxes, **values)
     start = make_start(now.pose, 0.5, 0.0)
-    memory = HarmonyMemory(detour=detour)
+    memory = HarmonyMemory(detour=detour, is_trapped=is_trapped)
     return controller._way_finder.find(now, memory, start, distance_field(now.costmap), 1.5)
+
+
+@pytest.mark.parametrize(
+    ("yaw", "walls", "is_trapped", "backs_up"),
+    [
+        pytest.param(np.pi, SIDES, True, True, id="the free plan leads back, no room to turn"),
+        pytest.param(np.pi, SIDES, False, False, id="its plans get on all the same"),
+        pytest.param(np.pi, (), True, False, id="there is room to turn"),
+        pytest.param(0.0, SIDES, True, False, id="the plan leads ahead"),
+    ],
+)
+def test_a_robot_that_is_trapped_on_a_free_plan_backs_up_where(yaw, walls, is_trapped, backs_up):
+    found = find_way(*walls, is_trapped=is_trapped, pose=(0.0, 0.0, yaw))
+    assert (found.is_open, found.detour) == (True, None)
+    assert found.way.backs_up is backs_up
 
 
 def test_a_way_past_a_box_is_found_before_the_local_plan_reaches_it():

@@ -47,13 +47,20 @@ def test_time_is_compared_where_both_arrive_and_a_scenario_counts_once(living):
     assert "time +10.0% (at most +73.1%) in 2 scenarios" in told
 
 
+def test_the_seeds_of_a_single_scenario_count_once_each(living):
+    ours, its = rows_of("harmony", {"door": [12.0, 10.0]}), rows_of("dwb", {"door": [10.0, 10.0]})
+    # Ratios 1.2 and 1.0, with the same limit as above.
+    told = living.compared(pd.concat([ours, its]), "harmony", "dwb")
+    assert "time +10.0% (at most +73.1%) in 2 seeds" in told
+
+
 def test_an_arrival_of_the_other_one_alone_is_a_loss_with_an_exact_limit(living):
     ours = rows_of("harmony", {"ward": [10.0] * 59})
     its = rows_of("dwb", {"ward": [10.0] * 59})
     told = living.compared(pd.concat([ours, its]), "harmony", "dwb")
     # The limit of 0 of n is 1 - 0.05^(1/n).
     assert "only the other one arrives in 0 of 59 (at most 5.0%)" in told
-    assert "(at most +inf%) in 1 scenarios" in told
+    assert "(at most +0.0%) in 59 seeds" in told
     ours.loc[0, ["outcome", "time_to_goal_s"]] = "collided", None
     told = living.compared(pd.concat([ours, its]), "harmony", "dwb")
     assert "only the other one arrives in 1 of 59" in told
