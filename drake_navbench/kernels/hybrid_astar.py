@@ -3,8 +3,10 @@
 A state keeps the cheapest pose that was found in it; now and then the shortest curve to the goal is
 tried (`hybrid_expansion`). Costs are float32, and ties are broken as inside Nav2, so that the path
 is the same. Nothing here reads a clock: a time limit enters as a number of expansions.
+Earlier releases of Nav2 have rules of their own: a test of `release` names the first without one.
 Sources: D. Dolgov et al., "Path planning for autonomous vehicles in unknown semi-structured
-environments", 2010; nav2_smac_planner (AStarAlgorithm, NodeHybrid, AnalyticExpansion).
+environments", 2010; nav2_smac_planner (AStarAlgorithm, NodeHybrid, AnalyticExpansion), branches
+humble to lyrical.
 """
 
 from __future__ import annotations
@@ -31,6 +33,7 @@ from drake_navbench.kernels.hybrid_expansion import (
 from drake_navbench.kernels.hybrid_graph import (
     NO_MOTION,
     NO_STATE,
+    check,
     index_of,
     is_free,
     look_at,
@@ -42,9 +45,13 @@ from drake_navbench.kernels.hybrid_graph import (
 )
 from drake_navbench.kernels.hybrid_heuristics import free_way, way_round
 from drake_navbench.kernels.hybrid_motion import FORWARD, REVERSE, REVERSE_LEFT, REVERSE_RIGHT
+from drake_navbench.kernels.hybrid_releases import JAZZY, KILTED, LYRICAL
 
 F32 = np.float32
 FOUND, GOAL_OCCUPIED, OPEN_SET_EMPTY, ITERATION_LIMIT, EXPANSION_BUDGET_SPENT = range(5)
+START_OCCUPIED = 5
+# Below this tolerance, in cells, releases before Lyrical test the goal.
+EXACT_TOLERANCE = F32(0.001)
 FARTHEST = F32(np.finfo(np.float32).max)
 MAX_COST = F32(252.0)
 LARGEST_COUNT = 2**31 - 1
@@ -56,7 +63,7 @@ class SearchRules(NamedTuple):
 
     travel_distance_reward: 1 - retrospective_penalty. expansion_budget: the time limit, checked
     every terminal_checking_interval expansions. coarse_search_resolution: every n-th goal is tried
-    before the others.
+    before the others. release: the release of Nav2 that searches.
     """
 
     tolerance: np.float32
@@ -71,6 +78,7 @@ class SearchRules(NamedTuple):
     terminal_checking_interval: int
     expansion_budget: int
     coarse_search_resolution: int
+    release: int
 
 
 # A state as it was when it was queued.
@@ -161,6 +169,8 @@ def _look_ahead(reached, ways, motions, goals, state, columns):
 @njit(cache=True)
 def _step_cost(motions, rules, before, child):
     """Returns the cost of the motion to a state, after the motion `before`."""
+    if before == NO_MOTION and rules.release < LYRICAL:
+        return motions.travel_costs[0]
     share = F32(child.cost / MAX_COST)
     motion = child.motion
     direction = motions.directions[motion]
@@ -217,8 +227,8 @@ def _neighbours(graph, body, motions, state, columns, neighbours):
         was = graph.states[other]
         before = was.x, was.y, was.heading
         set_pose(graph, other, x, y, turned)
-        if np.isnan(was.cost):
-            was.cost, was.is_free = look_at(body, x, y, turned)
+        if np.isnan(was.cost) or body.release < JAZZY:
+            check(body, was)
         if was.is_free:
             graph.states[other].motion = m
             neighbours[count] = other
@@ -250,7 +260,10 @@ def _path(graph, motions, state):
 
 @njit(cache=True)
 def _best_curve(graph, body, motions, expansion, state, goals, coarse):
-    """Returns the cheapest curve to any goal, its first state and the number of its goal."""
+    """Returns the cheapest curve to any goal, its first state and its goal, NO_STATE for none.
+
+    Before Kilted, where there is one goal, the curve may be without states of its own.
+    """
     best, best_score, best_start, best_goal = no_curve(), WORST, NO_STATE, NO_STATE
     has_any = False
     for is_fine in (False, True):
@@ -266,9 +279,56 @@ def _best_curve(graph, body, motions, expansion, state, goals, coarse):
                 continue
             has_any = True
             score, start, curve = refined(graph, body, motions, expansion, state, goals[k], curve)
-            if score < best_score:
+            if score < best_score or expansion.release < KILTED:
                 best, best_score, best_start, best_goal = curve, score, start, goals[k]
     return best, best_start, best_goal
+
+
+@njit(cache=True)
+def _may_be_goal(graph, body, rules, node):
+    """Tells whether the robot fits at a goal, or near enough to it."""
+    is_exact = rules.tolerance < EXACT_TOLERANCE
+    if rules.release < KILTED:
+        return not is_exact or is_free(graph, body, node)
+    if rules.release < LYRICAL:
+        return is_free(graph, body, node) or not is_exact
+    pose = graph.states[node]
+    return is_free(graph, body, node) or _is_any_free_near(body, pose.x, pose.y, rules.tolerance)
+
+
+@njit(cache=True)
+def _limit_reached(rules, expansions):
+    """Returns the status of a limit that is reached, OPEN_SET_EMPTY for none."""
+    if expansions >= rules.max_iterations:
+        return ITERATION_LIMIT
+    is_check = expansions % rules.terminal_checking_interval == 0
+    if is_check and expansions >= rules.expansion_budget:
+        return EXPANSION_BUDGET_SPENT
+    return OPEN_SET_EMPTY
+
+
+@njit(cache=True)
+def _tries_apart(least, ratio):
+    """Returns the number of expansions between two curves, for the least cost ahead so far."""
+    return max(int(F32(F32(least) / ratio)), math.ceil(ratio))
+
+
+@njit(cache=True)
+def _state_of(graph, body, bins, pose):
+    """Returns the state of a pose (3,) float32 in cells and bins, which it gets."""
+    columns = body.grid.costs.shape[1]
+    state = state_at(graph, index_of(pose[0], pose[1], pose[2], columns, bins))
+    set_pose(graph, state, pose[0], pose[1], pose[2])
+    return state
+
+
+@njit(cache=True)
+def _queue_from(graph, first):
+    """Returns a queue that has only the first state, which costs nothing."""
+    queue = _new_queue(INITIAL_QUEUE)
+    graph.states[first].way = F32(0.0)
+    _enqueue(queue, graph, first, F32(0.0))
+    return queue
 
 
 @njit(cache=True)
@@ -284,7 +344,7 @@ def _possible_goals(graph, body, rules, goal, goal_bins, bins):
     for k in range(goal_bins.size):
         node = state_at(graph, index_of(goal[0], goal[1], F32(goal_bins[k]), columns, bins))
         set_pose(graph, node, goal[0], goal[1], F32(goal_bins[k]))
-        if is_free(graph, body, node) or _is_any_free_near(body, goal[0], goal[1], rules.tolerance):
+        if _may_be_goal(graph, body, rules, node):
             states[count], coarse[count] = node, k % rules.coarse_search_resolution
             poses[count, 0], poses[count, 1], poses[count, 2] = goal[0], goal[1], goal_bins[k]
             count += 1
@@ -302,25 +362,23 @@ def _most_new_states(motions, expansion, goal_count):
 def search(body, motions, rules, expansion, heuristics, start, goal, slots):
     """Returns (status, path (N, 3) float32 in cells and rad, expansions).
 
-    heuristics: for this goal, a point's ways round obstacles and a car's ways on an empty floor;
-    both are filled in as the search needs them. start: (3,) float32, cells and bin. goal: its
-    place, (2,) float32, and the headings that it may have, (G,) int64 in Nav2's order. slots:
-    (columns * rows * bins,) int32, all 0, written.
+    A path that is FOUND without poses is none: the start is a goal. heuristics: for this goal, a
+    point's ways round obstacles and a car's ways on an empty floor; both are filled in as the
+    search needs them. start: (3,) float32, cells and bin. goal: its place, (2,) float32, and the
+    headings that it may have, (G,) int64 in Nav2's order. slots: (columns * rows * bins,) int32,
+    all 0, written.
     """
     reached, ways = heuristics
-    place, goal_bins = goal
     columns = body.grid.costs.shape[1]
-    bins = motions.bins
     graph = new_graph(slots)
+    first = _state_of(graph, body, motions.bins, start)
+    goals, poses, coarse = _possible_goals(graph, body, rules, goal[0], goal[1], motions.bins)
     nothing = np.empty((0, 3), np.float32)
-    first = state_at(graph, index_of(start[0], start[1], start[2], columns, bins))
-    set_pose(graph, first, start[0], start[1], start[2])
-    goals, poses, coarse = _possible_goals(graph, body, rules, place, goal_bins, bins)
     if goals.size == 0:
         return GOAL_OCCUPIED, nothing, 0
-    queue = _new_queue(INITIAL_QUEUE)
-    graph.states[first].way = F32(0.0)
-    _enqueue(queue, graph, first, F32(0.0))
+    if rules.release < JAZZY and not is_free(graph, body, first):
+        return START_OCCUPIED, nothing, 0
+    queue = _queue_from(graph, first)
     room = _most_new_states(motions, expansion, goals.size)
     neighbours = np.empty(motions.turn_bins.size, np.int64)
     # Not the constant itself, for which numba would compile the path a second time.
@@ -328,12 +386,8 @@ def search(body, motions, rules, expansion, heuristics, start, goal, slots):
     expansions, on_approach, until_curve, least = 0, 0, 0, LARGEST_COUNT
     status = OPEN_SET_EMPTY
     while queue.counts[0] > 0:
-        if expansions >= rules.max_iterations:
-            status = ITERATION_LIMIT
-            break
-        is_check = expansions % rules.terminal_checking_interval == 0
-        if is_check and expansions >= rules.expansion_budget:
-            status = EXPANSION_BUDGET_SPENT
+        status = _limit_reached(rules, expansions)
+        if status != OPEN_SET_EMPTY:
             break
         state = _dequeue(queue, graph)
         if graph.states[state].is_visited:
@@ -350,12 +404,11 @@ def search(body, motions, rules, expansion, heuristics, start, goal, slots):
         if np.isnan(graph.states[state].ahead):
             _look_ahead(reached, ways, motions, poses, graph.states[state], columns)
         least = min(least, int(graph.states[state].ahead))
-        wanted = max(int(F32(F32(least) / expansion.ratio)), math.ceil(expansion.ratio))
-        until_curve = min(until_curve, wanted)
+        until_curve = min(until_curve, _tries_apart(least, expansion.ratio))
         if until_curve <= 0:
-            until_curve = wanted
+            until_curve = _tries_apart(least, expansion.ratio)
             curve, begin, end = _best_curve(graph, body, motions, expansion, state, goals, coarse)
-            if curve.states.size > 0:
+            if end != NO_STATE:
                 return FOUND, _path(graph, motions, joined(graph, begin, end, curve)), expansions
         until_curve -= 1
         for k in range(goals.size):
@@ -377,6 +430,8 @@ def search(body, motions, rules, expansion, heuristics, start, goal, slots):
                 if other.ahead < nearest_heuristic:
                     nearest, nearest_heuristic = neighbours[k], other.ahead
                 _enqueue(queue, graph, neighbours[k], F32(way + other.ahead))
+    if status == EXPANSION_BUDGET_SPENT and rules.release < LYRICAL:
+        return status, nothing, expansions
     if nearest_heuristic < rules.tolerance:
         return FOUND, _path(graph, motions, nearest), expansions
     return status, nothing, expansions

@@ -1,6 +1,6 @@
 """The smoothing of paths by Nav2's planners of cars: in parts of one direction, with feasible ends.
 
-Source: nav2_smac_planner (Smoother, not holonomic).
+Source: nav2_smac_planner (Smoother, not holonomic), branches humble to lyrical.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ from numba import njit
 
 from drake_navbench.kernels.car_curves import curve_knots, pose_on_curve, shortest_curve
 from drake_navbench.kernels.curve_pieces import PIECES
-from drake_navbench.kernels.grid import INSCRIBED, LETHAL, cost_at
+from drake_navbench.kernels.grid import FREE, INSCRIBED, LETHAL, cost_at
+from drake_navbench.kernels.hybrid_releases import HUMBLE, LYRICAL
 from drake_navbench.kernels.path_smoothing import (
     MIN_SPAN_OF_GRID_PATH,
     assign_headings,
@@ -21,6 +22,7 @@ from drake_navbench.kernels.path_smoothing import (
     heading_offset,
     is_path_free,
     relax_point,
+    smooth_segment,
 )
 
 # The distance from the ends of a part up to which curves are tried, in turning radii.
@@ -32,27 +34,46 @@ AT_START, AT_END = np.bool_(False), np.bool_(True)
 NEVER_REVERSES = np.bool_(False)
 
 
-def smooth_car_path(path, grid, footprint, radius, smoother):
+def smooth_car_path(path, grid, footprint, radius, smoother, release):
     """Returns a path (N, 3) x m, y m, yaw rad smoothed part by part; short parts stay.
 
     grid: `Grid` of uint8 costs. footprint: (K, 2) m whose outline is tested; K = 0 tests the cell
     under the pose. radius: radius of the tightest turn, m. smoother: Nav2's parameters by their
-    names.
+    names. release: the release of Nav2 that smooths: before Lyrical the cell under the pose is
+    tested whatever the footprint; in Humble all parts together have the refinements that each has
+    since.
     """
     result = path.copy()
+    rules = (smoother.tolerance, smoother.max_iterations, smoother.w_data, smoother.w_smooth)
+    refinements = smoother.refinement_num if smoother.do_refinement else 0
     for start, end in directional_segments(path):
         if end - start <= MIN_SPAN_OF_GRID_PATH:
             continue
         part = result[start : end + 1]
-        result[start : end + 1] = smooth_car_part(
-            part,
-            grid,
-            footprint,
-            radius,
-            (smoother.tolerance, smoother.max_iterations, smoother.w_data, smoother.w_smooth),
-            smoother.refinement_num if smoother.do_refinement else 0,
-        )
+        if release >= LYRICAL:
+            smoothed = smooth_car_part(part, grid, footprint, radius, rules, refinements)
+        else:
+            smoothed, spent = smooth_part_by_cells(part, grid, radius, rules, refinements)
+            refinements -= spent if release == HUMBLE else 0
+        result[start : end + 1] = smoothed
     return result
+
+
+@njit(cache=True)
+def smooth_part_by_cells(part, grid, radius, rules, refinement_num):
+    """Returns a part (N, 3) smoothed as before Lyrical, and the number of refinements begun.
+
+    rules: as of `smooth_car_part`.
+    """
+    tolerance, max_iterations, w_data, w_smooth = rules
+    result, begun, is_cut_short = smooth_segment(
+        part, grid, tolerance, max_iterations, w_data, w_smooth, refinement_num, FREE
+    )
+    if begun > 1 or not is_cut_short:
+        is_backward = np.bool_(heading_offset(result) != 0.0)
+        _meet(result, part[0].copy(), is_backward, AT_START, grid, radius)
+        _meet(result, part[-1].copy(), is_backward, AT_END, grid, radius)
+    return result, begun - 1
 
 
 @njit(cache=True)

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Literal, Self
 from pydantic import Field
 
 from drake_navbench.navigation.smoother_parameters import RelaxationParameters
-from drake_navbench.plugins.releases import ReadBy, Release, since
+from drake_navbench.plugins.releases import NEWEST_RELEASE, ReadBy, Release, since
 from drake_navbench.typed_files.quantities import Count, Duration, Length, Number
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
@@ -54,6 +54,12 @@ class SmacPlanner2DParameters(SmacSearchParameters):
     """Parameters of SmacPlanner2D with Nav2's names and defaults, then our own switches."""
 
     plugin: Literal["nav2_smac_planner::SmacPlanner2D"] = "nav2_smac_planner::SmacPlanner2D"
+    nav2_release: Release = Field(
+        NEWEST_RELEASE,
+        description="Nav2 release whose rules apply: up to Kilted the smoother tests the cell "
+        "under the robot's centre, a blocked goal counts as free where there is a tolerance, and a "
+        "path that is late is none; up to Iron a blocked start is refused.",
+    )
     tolerance: Length = Field(
         0.125, ge=0.0, description="Distance from the goal at which a path may end [m]"
     )
@@ -78,13 +84,14 @@ class SmacPlanner2DParameters(SmacSearchParameters):
     use_cell_centres: bool = Field(
         True,
         description="Ours: poses, and distances to the goal, count from the middle of cells; Nav2: "
-        "from their lower left corners.",
+        "from their lower left corners (poses in Humble half a cell further, in Iron half a cell "
+        "before).",
     )
     use_exact_end_points: bool = Field(
         True,
         description="Ours: the path starts at the start and ends at the goal before it is "
         "smoothed, offsets within a cell blended along it; Nav2: starts at a cell, the goal "
-        "replaces the last position after smoothing.",
+        "replaces the last position after smoothing (up to Kilted it ends at a cell).",
     )
     allow_corner_cutting: bool = Field(
         False, description="Nav2: True, diagonal steps may pass between two blocked cells."
