@@ -16,9 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-from drake_navbench.kernels.binary_heap import heap_pop, heap_push
 from drake_navbench.kernels.hybrid_expansion import (
     EARLIER_TRIES,
     WIDENING,
@@ -45,6 +43,7 @@ from drake_navbench.kernels.hybrid_graph import (
 )
 from drake_navbench.kernels.hybrid_heuristics import free_way, way_round
 from drake_navbench.kernels.hybrid_motion import FORWARD, REVERSE, REVERSE_LEFT, REVERSE_RIGHT
+from drake_navbench.kernels.hybrid_queue import dequeue, enqueue, queue_from, with_queue_room
 from drake_navbench.kernels.hybrid_releases import JAZZY, KILTED, LYRICAL
 
 F32 = np.float32
@@ -55,7 +54,6 @@ EXACT_TOLERANCE = F32(0.001)
 FARTHEST = F32(np.finfo(np.float32).max)
 MAX_COST = F32(252.0)
 LARGEST_COUNT = 2**31 - 1
-INITIAL_QUEUE = 1 << 14
 
 
 class SearchRules(NamedTuple):
@@ -79,79 +77,6 @@ class SearchRules(NamedTuple):
     expansion_budget: int
     coarse_search_resolution: int
     release: int
-
-
-# A state as it was when it was queued.
-ENTRY = np.dtype(
-    [
-        ("state", np.int32),
-        ("x", np.float32),
-        ("y", np.float32),
-        ("heading", np.float32),
-        ("motion", np.int8),
-    ],
-    align=True,
-)
-
-
-class Queue(NamedTuple):
-    """The open states; arrays are longer than they need to be.
-
-    keys, order: a heap of the entries' costs and indices. entries: all entries, in the order in
-    which they were added. counts: (2,) number of entries in the heap, and of all entries.
-    """
-
-    keys: NDArray[np.float32]
-    order: NDArray[np.int64]
-    counts: NDArray[np.int64]
-    entries: NDArray[np.void]
-
-
-@njit(cache=True)
-def _new_queue(room):
-    return Queue(
-        np.empty(room, np.float32),
-        np.empty(room, np.int64),
-        np.zeros(2, np.int64),
-        np.empty(room, ENTRY),
-    )
-
-
-@njit(cache=True)
-def _with_queue_room(queue, more):
-    count = queue.counts[1]
-    if count + more <= queue.entries.size:
-        return queue
-    longer = _new_queue(2 * queue.entries.size + more)
-    longer.counts[0], longer.counts[1] = queue.counts[0], queue.counts[1]
-    # One by one: slices would have numba compile its strings, for an error message.
-    for i in range(count):
-        longer.keys[i], longer.order[i] = queue.keys[i], queue.order[i]
-        longer.entries[i] = queue.entries[i]
-    return longer
-
-
-@njit(cache=True)
-def _enqueue(queue, graph, number, key):
-    entry, state = queue.counts[1], graph.states[number]
-    queue.counts[1] = entry + 1
-    queued = queue.entries[entry]
-    queued.state, queued.motion = number, state.motion
-    queued.x, queued.y, queued.heading = state.x, state.y, state.heading
-    heap_push(queue.keys, queue.order, queue.counts[0], F32(key), entry)
-    queue.counts[0] += 1
-
-
-@njit(cache=True)
-def _dequeue(queue, graph):
-    """Returns the state with the least key, in the pose it was queued with, unless visited."""
-    queued = queue.entries[heap_pop(queue.keys, queue.order, queue.counts[0])]
-    queue.counts[0] -= 1
-    number = np.int64(queued.state)
-    if not graph.states[number].is_visited:
-        set_pose(graph, number, queued.x, queued.y, queued.heading)
-        graph.states[number].motion = queued.motion
-    return number
 
 
 @njit(cache=True)
@@ -323,15 +248,6 @@ def _state_of(graph, body, bins, pose):
 
 
 @njit(cache=True)
-def _queue_from(graph, first):
-    """Returns a queue that has only the first state, which costs nothing."""
-    queue = _new_queue(INITIAL_QUEUE)
-    graph.states[first].way = F32(0.0)
-    _enqueue(queue, graph, first, F32(0.0))
-    return queue
-
-
-@njit(cache=True)
 def _possible_goals(graph, body, rules, goal, goal_bins, bins):
     """Returns (states, poses (G, 3), coarse) of the goals that the robot may reach.
 
@@ -368,17 +284,27 @@ def search(body, motions, rules, expansion, heuristics, start, goal, slots):
     headings that it may have, (G,) int64 in Nav2's order. slots: (columns * rows * bins,) int32,
     all 0, written.
     """
-    reached, ways = heuristics
-    columns = body.grid.costs.shape[1]
     graph = new_graph(slots)
     first = _state_of(graph, body, motions.bins, start)
-    goals, poses, coarse = _possible_goals(graph, body, rules, goal[0], goal[1], motions.bins)
+    goals = _possible_goals(graph, body, rules, goal[0], goal[1], motions.bins)
     nothing = np.empty((0, 3), np.float32)
-    if goals.size == 0:
+    if goals[0].size == 0:
         return GOAL_OCCUPIED, nothing, 0
     if rules.release < JAZZY and not is_free(graph, body, first):
         return START_OCCUPIED, nothing, 0
-    queue = _queue_from(graph, first)
+    queue = queue_from(graph, first)
+    status, graph, end, expansions = _searched(
+        body, motions, rules, expansion, heuristics, graph, queue, goals
+    )
+    return status, _path(graph, motions, end) if status == FOUND else nothing, expansions
+
+
+@njit(cache=True)
+def _searched(body, motions, rules, expansion, heuristics, graph, queue, possible_goals):
+    """Returns (status, graph, last state of the path, expansions) after `search`'s loop."""
+    reached, ways = heuristics
+    goals, poses, coarse = possible_goals
+    columns = body.grid.costs.shape[1]
     room = _most_new_states(motions, expansion, goals.size)
     neighbours = np.empty(motions.turn_bins.size, np.int64)
     # Not the constant itself, for which numba would compile the path a second time.
@@ -389,7 +315,7 @@ def search(body, motions, rules, expansion, heuristics, start, goal, slots):
         status = _limit_reached(rules, expansions)
         if status != OPEN_SET_EMPTY:
             break
-        state = _dequeue(queue, graph)
+        state = dequeue(queue, graph)
         if graph.states[state].is_visited:
             continue
         expansions += 1
@@ -397,7 +323,7 @@ def search(body, motions, rules, expansion, heuristics, start, goal, slots):
         if graph.counts[0] + room > graph.states.size:
             graph = with_room(graph, room)
         if queue.counts[1] + neighbours.size > queue.entries.size:
-            queue = _with_queue_room(queue, neighbours.size)
+            queue = with_queue_room(queue, neighbours.size)
         # Here and below: a call hands on a dozen arrays, which takes longer than this test. So the
         # loop stays whole: with its part over neighbours in a function, a search takes a fifth
         # longer.
@@ -409,15 +335,15 @@ def search(body, motions, rules, expansion, heuristics, start, goal, slots):
             until_curve = _tries_apart(least, expansion.ratio)
             curve, begin, end = _best_curve(graph, body, motions, expansion, state, goals, coarse)
             if end != NO_STATE:
-                return FOUND, _path(graph, motions, joined(graph, begin, end, curve)), expansions
+                return FOUND, graph, joined(graph, begin, end, curve), expansions
         until_curve -= 1
-        for k in range(goals.size):
-            if state == goals[k]:
-                return FOUND, _path(graph, motions, state), expansions
+        for goal in goals:
+            if goal == state:
+                return FOUND, graph, state, expansions
         if nearest_heuristic < rules.tolerance:
             on_approach += 1
             if on_approach >= rules.max_on_approach_iterations:
-                return FOUND, _path(graph, motions, nearest), expansions
+                return FOUND, graph, nearest, expansions
         found = _neighbours(graph, body, motions, state, columns, neighbours)
         way_here, motion_here = graph.states[state].way, graph.states[state].motion
         for k in range(found):
@@ -429,9 +355,7 @@ def search(body, motions, rules, expansion, heuristics, start, goal, slots):
                     _look_ahead(reached, ways, motions, poses, other, columns)
                 if other.ahead < nearest_heuristic:
                     nearest, nearest_heuristic = neighbours[k], other.ahead
-                _enqueue(queue, graph, neighbours[k], F32(way + other.ahead))
-    if status == EXPANSION_BUDGET_SPENT and rules.release < LYRICAL:
-        return status, nothing, expansions
-    if nearest_heuristic < rules.tolerance:
-        return FOUND, _path(graph, motions, nearest), expansions
-    return status, nothing, expansions
+                enqueue(queue, graph, neighbours[k], F32(way + other.ahead))
+    counts_nearest = status != EXPANSION_BUDGET_SPENT or rules.release >= LYRICAL
+    is_near = counts_nearest and nearest_heuristic < rules.tolerance
+    return FOUND if is_near else status, graph, nearest, expansions
