@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
 from drake_navbench.navigation.smoother_parameters import RelaxationParameters
 from drake_navbench.plugins.releases import NEWEST_RELEASE, ReadBy, Release, since
@@ -112,6 +112,14 @@ class SmacPlanner2DParameters(SmacSearchParameters):
         description="Ours: refuse a path on which the footprint meets an obstacle, or the centre "
         "of a robot given by a radius an inscribed cell.",
     )
+
+    @model_serializer(mode="wrap")
+    def _as_plain(self, plain: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leaves out the release if it was not given, as logs did before there was one."""
+        values: dict[str, Any] = plain(self)
+        if "nav2_release" not in self.model_fields_set:
+            values.pop("nav2_release", None)
+        return values
 
     @classmethod
     def nav2_classic(cls, **parameters: Any) -> Self:
