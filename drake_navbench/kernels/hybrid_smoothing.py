@@ -32,6 +32,8 @@ LOOP_RATIO = 2.0
 # The end of a part; numba would compile `_meet` anew for each plain constant.
 AT_START, AT_END = np.bool_(False), np.bool_(True)
 NEVER_REVERSES = np.bool_(False)
+# The cost off the map, below whose lower or left edge Nav2 reads the last cell once more.
+BLOCKED, AS_BEFORE = np.int64(LETHAL), np.int64(FREE)
 
 
 def smooth_car_path(path, grid, footprint, radius, smoother, release):
@@ -71,8 +73,8 @@ def smooth_part_by_cells(part, grid, radius, rules, refinement_num):
     )
     if begun > 1 or not is_cut_short:
         is_backward = np.bool_(heading_offset(result) != 0.0)
-        _meet(result, part[0].copy(), is_backward, AT_START, grid, radius)
-        _meet(result, part[-1].copy(), is_backward, AT_END, grid, radius)
+        _meet(result, part[0].copy(), is_backward, AT_START, grid, radius, AS_BEFORE)
+        _meet(result, part[-1].copy(), is_backward, AT_END, grid, radius, AS_BEFORE)
     return result, begun - 1
 
 
@@ -93,8 +95,8 @@ def smooth_car_part(part, grid, footprint, radius, rules, refinement_num):
             break
     if succeeded:
         start, end = part[0].copy(), part[-1].copy()
-        _meet(result, start, is_backward, AT_START, grid, radius)
-        _meet(result, end, is_backward, AT_END, grid, radius)
+        _meet(result, start, is_backward, AT_START, grid, radius, BLOCKED)
+        _meet(result, end, is_backward, AT_END, grid, radius, BLOCKED)
     return result
 
 
@@ -127,7 +129,7 @@ def _relaxed(path, is_backward, grid, footprint, rules):
 
 
 @njit(cache=True)
-def _meet(path, pose, is_backward, is_end, grid, radius):
+def _meet(path, pose, is_backward, is_end, grid, radius, off_map):
     """Joins a path's start or end to a pose by a curve that a car can drive, in place."""
     n = path.shape[0]
     best_length, best_index = 1e9, 0
@@ -154,6 +156,7 @@ def _meet(path, pose, is_backward, is_end, grid, radius):
             driven,
             grid,
             radius,
+            off_map,
         )
         if is_free and 0.0 < length < best_length:
             best_length, best_index, best = length, k, points
@@ -167,10 +170,11 @@ def _meet(path, pose, is_backward, is_end, grid, radius):
 
 
 @njit(cache=True)
-def _curve(start_pose, end_pose, count, replaced, grid, radius):
+def _curve(start_pose, end_pose, count, replaced, grid, radius, off_map):
     """Returns (points (count + 1, 3), length, is_free) of Dubins' curve between poses (3,).
 
-    There are no points where the curve is a loop, compared to the length that it replaces.
+    There are no points where the curve is a loop, compared to the length that it replaces. off_map:
+    the cost off the map.
     """
     kinds, lengths = np.empty(PIECES, np.int64), np.empty(PIECES)
     start = start_pose[0], start_pose[1], start_pose[2]
@@ -184,7 +188,7 @@ def _curve(start_pose, end_pose, count, replaced, grid, radius):
     x, y = start[0], start[1]
     for i in range(count + 1):
         pose_on_curve(start, end, radius, kinds, lengths, knots, i / count, points[i])
-        if cost_at(grid, points[i, 0], points[i, 1], LETHAL) >= INSCRIBED:
+        if cost_at(grid, points[i, 0], points[i, 1], off_map) >= INSCRIBED:
             is_free = False
         length += math.hypot(points[i, 0] - x, points[i, 1] - y)
         x, y = points[i, 0], points[i, 1]

@@ -450,13 +450,15 @@ def test_up_to_kilted_a_late_path_is_none_also_within_the_tolerance():
 
 
 def test_up_to_kilted_the_smoother_tests_no_footprint():
-    robot = circle_footprint(0.3)
-    start, goal = (3.0, 2.0, 0.0), (7.0, 2.0, 0.0)
+    # The path rises by 1 m on 4 m; a wall lies 0.2 m below its beginning, the robot reaches 0.3 m.
+    costs = np.zeros((100, 200), dtype=np.uint8)
+    costs[34:36, 50:75] = LETHAL
+    robot, start, goal = circle_footprint(0.3), (3.0, 2.0, 0.0), (7.0, 3.0, 0.0)
     smoothed, raw = (
-        plan_path(walled_map(), start, goal, of_release(release), footprint=robot)
+        plan_path(make_map(costs), start, goal, of_release(release), footprint=robot)
         for release in ("kilted", "lyrical")
     )
-    # Raw positions are corners of cells; the wall is within 0.3 m of the path.
+    # Raw positions are corners of cells.
     assert np.abs(raw[1:-1, :2] / RESOLUTION_M % 1.0 - 0.5).min() > 0.49
     assert np.abs(smoothed[1:-1, :2] / RESOLUTION_M % 1.0 - 0.5).min() < 0.4
 
