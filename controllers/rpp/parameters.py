@@ -109,6 +109,7 @@ class RegulatedPurePursuitParameters(PursuitParameters):
         False,
         description="Scale the lookahead with the measured speed instead of using lookahead_dist.",
     )
+    min_lookahead_dist: Length = Field(0.3, ge=0.0, description="Least scaled lookahead [m].")
     max_lookahead_dist: Length = Field(
         0.9,
         gt=0.0,

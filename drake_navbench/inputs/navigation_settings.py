@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
@@ -37,7 +38,7 @@ from drake_navbench.navigation.smoother_parameters import SimpleSmootherParamete
 from drake_navbench.navigation.smoother_settings import SmootherSettings
 from drake_navbench.navigation.velocity_smoother import VelocitySmootherParameters
 from drake_navbench.navigation.waypoint_follower import WaypointFollowerParameters
-from drake_navbench.plugins.releases import ReadBy, Release, before, since, until
+from drake_navbench.plugins.releases import NEWEST_RELEASE, ReadBy, Release, before, since, until
 from drake_navbench.typed_files.quantities import (
     AngularSpeed,
     Duration,
@@ -61,6 +62,11 @@ class ControllerServerSettings(FrozenModel):
         "progress_checker_plugins": since(Release.IRON),
     }
 
+    nav2_release: Release = Field(
+        NEWEST_RELEASE,
+        description="Nav2 release whose order of a cycle applies: Humble, Iron and Kilted test the "
+        "goal after the progress and the command, Jazzy and Lyrical before.",
+    )
     controller_frequency: Frequency = Field(20.0, description="Rate of the control cycles [Hz].")
     failure_tolerance: Duration = Field(
         0.0,
@@ -70,7 +76,8 @@ class ControllerServerSettings(FrozenModel):
     costmap_update_timeout: Duration = Field(
         0.30,
         ge=0.0,
-        description="Time for which the controller waits for a current costmap [s]; 0: for ever.",
+        description="Time for which the controller waits for a current costmap [s]; 0: Humble and "
+        "Iron wait for ever, Jazzy and Kilted give up at once, Lyrical drives on with an old one.",
     )
     min_x_velocity_threshold: Speed = Field(
         0.0001, ge=0.0, description="Measured |v| below which the velocity counts as 0 [m/s]."
@@ -84,11 +91,28 @@ class ControllerServerSettings(FrozenModel):
 
     @model_serializer(mode="wrap")
     def _as_plain(self, plain: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leaves out a field that only matters to bases that move sideways, if it was not given."""
+        """Leaves out the release, and a field for bases that move sideways, if not given."""
         values: dict[str, Any] = plain(self)
-        if "min_y_velocity_threshold" not in self.model_fields_set:
-            values.pop("min_y_velocity_threshold", None)
+        for name in ("min_y_velocity_threshold", "nav2_release"):
+            if name not in self.model_fields_set:
+                values.pop(name, None)
         return values
+
+    @property
+    def longest_wait_s(self) -> float:
+        """The longest time without a current costmap, s; infinite where it has no end."""
+        is_endless = self.costmap_update_timeout == 0.0 and self.nav2_release < Release.JAZZY
+        return math.inf if is_endless else self.costmap_update_timeout
+
+    @property
+    def takes_old_costmaps(self) -> bool:
+        """Whether a cycle does not wait for a current costmap."""
+        return self.costmap_update_timeout == 0.0 and self.nav2_release >= Release.LYRICAL
+
+    @property
+    def tests_goal_first(self) -> bool:
+        """Whether a cycle at the goal ends without a command."""
+        return self.nav2_release in (Release.JAZZY, Release.LYRICAL)
 
     @field_validator("failure_tolerance")
     @classmethod

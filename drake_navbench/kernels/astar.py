@@ -31,6 +31,10 @@ GOAL_OCCUPIED = 1
 OPEN_SET_EMPTY = 2
 ITERATION_LIMIT = 3
 EXPANSION_BUDGET_SPENT = 4
+START_OCCUPIED = 5
+
+# Below this tolerance, in cells, releases before Lyrical test the goal's cell.
+EXACT_TOLERANCE = 0.001
 
 COST_VALUES = 256
 NEIGHBOURS = 8
@@ -67,6 +71,11 @@ class SearchRules(NamedTuple):
     max_on_approach_iterations: expansions in all, and within the tolerance; zero or less is
     unlimited. expansion_budget: stands for Nav2's time limit, and is checked at every
     `terminal_checking_interval`-th expansion.
+
+    Rules of releases before Lyrical. takes_blocked_goal: a blocked goal is taken as soon as the
+    tolerance is above `EXACT_TOLERANCE`, also where no free cell lies within it. fails_when_late:
+    with the budget spent there is no path, also where a cell within the tolerance was reached.
+    Of those before Jazzy. refuses_blocked_start: a blocked start is START_OCCUPIED.
     """
 
     tolerance: float
@@ -77,6 +86,9 @@ class SearchRules(NamedTuple):
     max_on_approach_iterations: int
     terminal_checking_interval: int
     expansion_budget: int
+    takes_blocked_goal: bool = False
+    fails_when_late: bool = False
+    refuses_blocked_start: bool = False
 
 
 def are_free(costs: NDArray[np.uint8], allow_unknown: bool) -> NDArray[np.bool_]:
@@ -302,9 +314,9 @@ def _search(flat_costs, columns, start, goal, goal_point, steps, approach, stop_
     """Runs `search` on a flat grid with a blocked border, cells named by row * columns + column.
 
     The goal is admitted. steps: as of `_relax_neighbours`. approach: (tolerance in cells,
-    max_on_approach_iterations). stop_at: (expansions, status) at which the search ends without a
-    path. Returns (status, last cell of the path, expansions, directions by which cells were
-    reached).
+    max_on_approach_iterations). stop_at: (expansions, status) at which the search ends, and whether
+    it then ends without a path even where it has come within the tolerance. Returns (status, last
+    cell of the path, expansions, directions by which cells were reached).
     """
     tolerance, max_on_approach_iterations = approach
     g = np.full(flat_costs.size, np.float32(np.inf), dtype=np.float32)
@@ -339,7 +351,7 @@ def _search(flat_costs, columns, start, goal, goal_point, steps, approach, stop_
             flat_costs, columns, cell, cell_g, goal_point, steps,
             (g, directions, heap, size), (best_cell, best_h),
         )  # fmt: skip
-    if best_h < tolerance:
+    if best_h < tolerance and not (status == stop_at[1] and stop_at[2]):
         status = FOUND
     return status, best_cell, expansions, directions
 
@@ -354,16 +366,22 @@ def search(
     """Searches a path of cells. Returns (status, cells, expansions).
 
     costs: (rows, columns) uint8, C-contiguous.
-    start_cell, goal_cell: (column, row); the start is never tested itself.
+    start_cell, goal_cell: (column, row).
     goal_point: (x, y) in cells, from which the cells' indices are measured.
     status: FOUND (cells (N, 2) int64 [column, row], ending in the goal cell or within tolerance of
-        the goal); GOAL_OCCUPIED; OPEN_SET_EMPTY; ITERATION_LIMIT; EXPANSION_BUDGET_SPENT.
+        the goal); GOAL_OCCUPIED; START_OCCUPIED; OPEN_SET_EMPTY; ITERATION_LIMIT;
+        EXPANSION_BUDGET_SPENT.
     """
     no_cells = np.empty((0, 2), dtype=np.int64)
     point = np.float32(goal_point[0]), np.float32(goal_point[1])
     reach = np.float32(rules.tolerance)
-    if not is_goal_admissible(costs, goal_cell, point, reach, rules.allow_unknown):
+    if not (rules.takes_blocked_goal and reach >= EXACT_TOLERANCE) and not is_goal_admissible(
+        costs, goal_cell, point, reach, rules.allow_unknown
+    ):
         return GOAL_OCCUPIED, no_cells, 0
+    start_cost = costs[start_cell[1], start_cell[0]]
+    if rules.refuses_blocked_start and not are_free(start_cost, rules.allow_unknown):
+        return START_OCCUPIED, no_cells, 0
     walled = np.full([side + 2 * BORDER for side in costs.shape], INSCRIBED, dtype=np.uint8)
     walled[BORDER:-BORDER, BORDER:-BORDER] = costs
     columns = walled.shape[1]
@@ -379,16 +397,17 @@ def search(
         point,
         (step_costs(rules.cost_travel_multiplier, rules.allow_unknown), rules.corner_cutting),
         (reach, rules.max_on_approach_iterations),
-        _stop_at(rules.max_iterations, rules.terminal_checking_interval, rules.expansion_budget),
+        _stop_at(rules),
     )
     if status != FOUND:
         return status, no_cells, expansions
     return status, _cells_to(directions, columns, start, int(end)) - BORDER, expansions
 
 
-def _stop_at(max_iterations: int, interval: int, expansion_budget: int) -> tuple[int, int]:
-    """Returns the number of expansions at which `search` gives up, and its status then."""
-    spent_at = -(-expansion_budget // interval) * interval
-    if 0 < max_iterations <= spent_at:
-        return max_iterations, ITERATION_LIMIT
-    return spent_at, EXPANSION_BUDGET_SPENT
+def _stop_at(rules: SearchRules) -> tuple[int, int, bool]:
+    """Returns the expansions that end `search`, its status then, and whether it then fails."""
+    interval = rules.terminal_checking_interval
+    spent_at = -(-rules.expansion_budget // interval) * interval
+    if 0 < rules.max_iterations <= spent_at:
+        return rules.max_iterations, ITERATION_LIMIT, False
+    return spent_at, EXPANSION_BUDGET_SPENT, rules.fails_when_late

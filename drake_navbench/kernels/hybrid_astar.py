@@ -3,8 +3,10 @@
 A state keeps the cheapest pose that was found in it; now and then the shortest curve to the goal is
 tried (`hybrid_expansion`). Costs are float32, and ties are broken as inside Nav2, so that the path
 is the same. Nothing here reads a clock: a time limit enters as a number of expansions.
+Earlier releases of Nav2 have rules of their own: a test of `release` names the first without one.
 Sources: D. Dolgov et al., "Path planning for autonomous vehicles in unknown semi-structured
-environments", 2010; nav2_smac_planner (AStarAlgorithm, NodeHybrid, AnalyticExpansion).
+environments", 2010; nav2_smac_planner (AStarAlgorithm, NodeHybrid, AnalyticExpansion), branches
+humble to lyrical.
 """
 
 from __future__ import annotations
@@ -14,9 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-from drake_navbench.kernels.binary_heap import heap_pop, heap_push
 from drake_navbench.kernels.hybrid_expansion import (
     EARLIER_TRIES,
     WIDENING,
@@ -31,6 +31,7 @@ from drake_navbench.kernels.hybrid_expansion import (
 from drake_navbench.kernels.hybrid_graph import (
     NO_MOTION,
     NO_STATE,
+    check,
     index_of,
     is_free,
     look_at,
@@ -42,13 +43,17 @@ from drake_navbench.kernels.hybrid_graph import (
 )
 from drake_navbench.kernels.hybrid_heuristics import free_way, way_round
 from drake_navbench.kernels.hybrid_motion import FORWARD, REVERSE, REVERSE_LEFT, REVERSE_RIGHT
+from drake_navbench.kernels.hybrid_queue import dequeue, enqueue, queue_from, with_queue_room
+from drake_navbench.kernels.hybrid_releases import JAZZY, KILTED, LYRICAL
 
 F32 = np.float32
 FOUND, GOAL_OCCUPIED, OPEN_SET_EMPTY, ITERATION_LIMIT, EXPANSION_BUDGET_SPENT = range(5)
+START_OCCUPIED = 5
+# Below this tolerance, in cells, releases before Lyrical test the goal.
+EXACT_TOLERANCE = F32(0.001)
 FARTHEST = F32(np.finfo(np.float32).max)
 MAX_COST = F32(252.0)
 LARGEST_COUNT = 2**31 - 1
-INITIAL_QUEUE = 1 << 14
 
 
 class SearchRules(NamedTuple):
@@ -56,7 +61,7 @@ class SearchRules(NamedTuple):
 
     travel_distance_reward: 1 - retrospective_penalty. expansion_budget: the time limit, checked
     every terminal_checking_interval expansions. coarse_search_resolution: every n-th goal is tried
-    before the others.
+    before the others. release: the release of Nav2 that searches.
     """
 
     tolerance: np.float32
@@ -71,79 +76,7 @@ class SearchRules(NamedTuple):
     terminal_checking_interval: int
     expansion_budget: int
     coarse_search_resolution: int
-
-
-# A state as it was when it was queued.
-ENTRY = np.dtype(
-    [
-        ("state", np.int32),
-        ("x", np.float32),
-        ("y", np.float32),
-        ("heading", np.float32),
-        ("motion", np.int8),
-    ],
-    align=True,
-)
-
-
-class Queue(NamedTuple):
-    """The open states; arrays are longer than they need to be.
-
-    keys, order: a heap of the entries' costs and indices. entries: all entries, in the order in
-    which they were added. counts: (2,) number of entries in the heap, and of all entries.
-    """
-
-    keys: NDArray[np.float32]
-    order: NDArray[np.int64]
-    counts: NDArray[np.int64]
-    entries: NDArray[np.void]
-
-
-@njit(cache=True)
-def _new_queue(room):
-    return Queue(
-        np.empty(room, np.float32),
-        np.empty(room, np.int64),
-        np.zeros(2, np.int64),
-        np.empty(room, ENTRY),
-    )
-
-
-@njit(cache=True)
-def _with_queue_room(queue, more):
-    count = queue.counts[1]
-    if count + more <= queue.entries.size:
-        return queue
-    longer = _new_queue(2 * queue.entries.size + more)
-    longer.counts[0], longer.counts[1] = queue.counts[0], queue.counts[1]
-    # One by one: slices would have numba compile its strings, for an error message.
-    for i in range(count):
-        longer.keys[i], longer.order[i] = queue.keys[i], queue.order[i]
-        longer.entries[i] = queue.entries[i]
-    return longer
-
-
-@njit(cache=True)
-def _enqueue(queue, graph, number, key):
-    entry, state = queue.counts[1], graph.states[number]
-    queue.counts[1] = entry + 1
-    queued = queue.entries[entry]
-    queued.state, queued.motion = number, state.motion
-    queued.x, queued.y, queued.heading = state.x, state.y, state.heading
-    heap_push(queue.keys, queue.order, queue.counts[0], F32(key), entry)
-    queue.counts[0] += 1
-
-
-@njit(cache=True)
-def _dequeue(queue, graph):
-    """Returns the state with the least key, in the pose it was queued with, unless visited."""
-    queued = queue.entries[heap_pop(queue.keys, queue.order, queue.counts[0])]
-    queue.counts[0] -= 1
-    number = np.int64(queued.state)
-    if not graph.states[number].is_visited:
-        set_pose(graph, number, queued.x, queued.y, queued.heading)
-        graph.states[number].motion = queued.motion
-    return number
+    release: int
 
 
 @njit(cache=True)
@@ -161,6 +94,8 @@ def _look_ahead(reached, ways, motions, goals, state, columns):
 @njit(cache=True)
 def _step_cost(motions, rules, before, child):
     """Returns the cost of the motion to a state, after the motion `before`."""
+    if before == NO_MOTION and rules.release < LYRICAL:
+        return motions.travel_costs[0]
     share = F32(child.cost / MAX_COST)
     motion = child.motion
     direction = motions.directions[motion]
@@ -217,8 +152,8 @@ def _neighbours(graph, body, motions, state, columns, neighbours):
         was = graph.states[other]
         before = was.x, was.y, was.heading
         set_pose(graph, other, x, y, turned)
-        if np.isnan(was.cost):
-            was.cost, was.is_free = look_at(body, x, y, turned)
+        if np.isnan(was.cost) or body.release < JAZZY:
+            check(body, was)
         if was.is_free:
             graph.states[other].motion = m
             neighbours[count] = other
@@ -250,7 +185,10 @@ def _path(graph, motions, state):
 
 @njit(cache=True)
 def _best_curve(graph, body, motions, expansion, state, goals, coarse):
-    """Returns the cheapest curve to any goal, its first state and the number of its goal."""
+    """Returns the cheapest curve to any goal, its first state and its goal, NO_STATE for none.
+
+    Before Kilted, where there is one goal, the curve may be without states of its own.
+    """
     best, best_score, best_start, best_goal = no_curve(), WORST, NO_STATE, NO_STATE
     has_any = False
     for is_fine in (False, True):
@@ -266,9 +204,47 @@ def _best_curve(graph, body, motions, expansion, state, goals, coarse):
                 continue
             has_any = True
             score, start, curve = refined(graph, body, motions, expansion, state, goals[k], curve)
-            if score < best_score:
+            if score < best_score or expansion.release < KILTED:
                 best, best_score, best_start, best_goal = curve, score, start, goals[k]
     return best, best_start, best_goal
+
+
+@njit(cache=True)
+def _may_be_goal(graph, body, rules, node):
+    """Tells whether the robot fits at a goal, or near enough to it."""
+    is_exact = rules.tolerance < EXACT_TOLERANCE
+    if rules.release < KILTED:
+        return not is_exact or is_free(graph, body, node)
+    if rules.release < LYRICAL:
+        return is_free(graph, body, node) or not is_exact
+    pose = graph.states[node]
+    return is_free(graph, body, node) or _is_any_free_near(body, pose.x, pose.y, rules.tolerance)
+
+
+@njit(cache=True)
+def _limit_reached(rules, expansions):
+    """Returns the status of a limit that is reached, OPEN_SET_EMPTY for none."""
+    if expansions >= rules.max_iterations:
+        return ITERATION_LIMIT
+    is_check = expansions % rules.terminal_checking_interval == 0
+    if is_check and expansions >= rules.expansion_budget:
+        return EXPANSION_BUDGET_SPENT
+    return OPEN_SET_EMPTY
+
+
+@njit(cache=True)
+def _tries_apart(least, ratio):
+    """Returns the number of expansions between two curves, for the least cost ahead so far."""
+    return max(int(F32(F32(least) / ratio)), math.ceil(ratio))
+
+
+@njit(cache=True)
+def _state_of(graph, body, bins, pose):
+    """Returns the state of a pose (3,) float32 in cells and bins, which it gets."""
+    columns = body.grid.costs.shape[1]
+    state = state_at(graph, index_of(pose[0], pose[1], pose[2], columns, bins))
+    set_pose(graph, state, pose[0], pose[1], pose[2])
+    return state
 
 
 @njit(cache=True)
@@ -284,7 +260,7 @@ def _possible_goals(graph, body, rules, goal, goal_bins, bins):
     for k in range(goal_bins.size):
         node = state_at(graph, index_of(goal[0], goal[1], F32(goal_bins[k]), columns, bins))
         set_pose(graph, node, goal[0], goal[1], F32(goal_bins[k]))
-        if is_free(graph, body, node) or _is_any_free_near(body, goal[0], goal[1], rules.tolerance):
+        if _may_be_goal(graph, body, rules, node):
             states[count], coarse[count] = node, k % rules.coarse_search_resolution
             poses[count, 0], poses[count, 1], poses[count, 2] = goal[0], goal[1], goal_bins[k]
             count += 1
@@ -302,25 +278,33 @@ def _most_new_states(motions, expansion, goal_count):
 def search(body, motions, rules, expansion, heuristics, start, goal, slots):
     """Returns (status, path (N, 3) float32 in cells and rad, expansions).
 
-    heuristics: for this goal, a point's ways round obstacles and a car's ways on an empty floor;
-    both are filled in as the search needs them. start: (3,) float32, cells and bin. goal: its
-    place, (2,) float32, and the headings that it may have, (G,) int64 in Nav2's order. slots:
-    (columns * rows * bins,) int32, all 0, written.
+    A path that is FOUND without poses is none: the start is a goal. heuristics: for this goal, a
+    point's ways round obstacles and a car's ways on an empty floor; both are filled in as the
+    search needs them. start: (3,) float32, cells and bin. goal: its place, (2,) float32, and the
+    headings that it may have, (G,) int64 in Nav2's order. slots: (columns * rows * bins,) int32,
+    all 0, written.
     """
-    reached, ways = heuristics
-    place, goal_bins = goal
-    columns = body.grid.costs.shape[1]
-    bins = motions.bins
     graph = new_graph(slots)
+    first = _state_of(graph, body, motions.bins, start)
+    goals = _possible_goals(graph, body, rules, goal[0], goal[1], motions.bins)
     nothing = np.empty((0, 3), np.float32)
-    first = state_at(graph, index_of(start[0], start[1], start[2], columns, bins))
-    set_pose(graph, first, start[0], start[1], start[2])
-    goals, poses, coarse = _possible_goals(graph, body, rules, place, goal_bins, bins)
-    if goals.size == 0:
+    if goals[0].size == 0:
         return GOAL_OCCUPIED, nothing, 0
-    queue = _new_queue(INITIAL_QUEUE)
-    graph.states[first].way = F32(0.0)
-    _enqueue(queue, graph, first, F32(0.0))
+    if rules.release < JAZZY and not is_free(graph, body, first):
+        return START_OCCUPIED, nothing, 0
+    queue = queue_from(graph, first)
+    status, graph, end, expansions = _searched(
+        body, motions, rules, expansion, heuristics, graph, queue, goals
+    )
+    return status, _path(graph, motions, end) if status == FOUND else nothing, expansions
+
+
+@njit(cache=True)
+def _searched(body, motions, rules, expansion, heuristics, graph, queue, possible_goals):
+    """Returns (status, graph, last state of the path, expansions) after `search`'s loop."""
+    reached, ways = heuristics
+    goals, poses, coarse = possible_goals
+    columns = body.grid.costs.shape[1]
     room = _most_new_states(motions, expansion, goals.size)
     neighbours = np.empty(motions.turn_bins.size, np.int64)
     # Not the constant itself, for which numba would compile the path a second time.
@@ -328,14 +312,10 @@ def search(body, motions, rules, expansion, heuristics, start, goal, slots):
     expansions, on_approach, until_curve, least = 0, 0, 0, LARGEST_COUNT
     status = OPEN_SET_EMPTY
     while queue.counts[0] > 0:
-        if expansions >= rules.max_iterations:
-            status = ITERATION_LIMIT
+        status = _limit_reached(rules, expansions)
+        if status != OPEN_SET_EMPTY:
             break
-        is_check = expansions % rules.terminal_checking_interval == 0
-        if is_check and expansions >= rules.expansion_budget:
-            status = EXPANSION_BUDGET_SPENT
-            break
-        state = _dequeue(queue, graph)
+        state = dequeue(queue, graph)
         if graph.states[state].is_visited:
             continue
         expansions += 1
@@ -343,28 +323,27 @@ def search(body, motions, rules, expansion, heuristics, start, goal, slots):
         if graph.counts[0] + room > graph.states.size:
             graph = with_room(graph, room)
         if queue.counts[1] + neighbours.size > queue.entries.size:
-            queue = _with_queue_room(queue, neighbours.size)
+            queue = with_queue_room(queue, neighbours.size)
         # Here and below: a call hands on a dozen arrays, which takes longer than this test. So the
         # loop stays whole: with its part over neighbours in a function, a search takes a fifth
         # longer.
         if np.isnan(graph.states[state].ahead):
             _look_ahead(reached, ways, motions, poses, graph.states[state], columns)
         least = min(least, int(graph.states[state].ahead))
-        wanted = max(int(F32(F32(least) / expansion.ratio)), math.ceil(expansion.ratio))
-        until_curve = min(until_curve, wanted)
+        until_curve = min(until_curve, _tries_apart(least, expansion.ratio))
         if until_curve <= 0:
-            until_curve = wanted
+            until_curve = _tries_apart(least, expansion.ratio)
             curve, begin, end = _best_curve(graph, body, motions, expansion, state, goals, coarse)
-            if curve.states.size > 0:
-                return FOUND, _path(graph, motions, joined(graph, begin, end, curve)), expansions
+            if end != NO_STATE:
+                return FOUND, graph, joined(graph, begin, end, curve), expansions
         until_curve -= 1
-        for k in range(goals.size):
-            if state == goals[k]:
-                return FOUND, _path(graph, motions, state), expansions
+        for goal in goals:
+            if goal == state:
+                return FOUND, graph, state, expansions
         if nearest_heuristic < rules.tolerance:
             on_approach += 1
             if on_approach >= rules.max_on_approach_iterations:
-                return FOUND, _path(graph, motions, nearest), expansions
+                return FOUND, graph, nearest, expansions
         found = _neighbours(graph, body, motions, state, columns, neighbours)
         way_here, motion_here = graph.states[state].way, graph.states[state].motion
         for k in range(found):
@@ -376,7 +355,7 @@ def search(body, motions, rules, expansion, heuristics, start, goal, slots):
                     _look_ahead(reached, ways, motions, poses, other, columns)
                 if other.ahead < nearest_heuristic:
                     nearest, nearest_heuristic = neighbours[k], other.ahead
-                _enqueue(queue, graph, neighbours[k], F32(way + other.ahead))
-    if nearest_heuristic < rules.tolerance:
-        return FOUND, _path(graph, motions, nearest), expansions
-    return status, nothing, expansions
+                enqueue(queue, graph, neighbours[k], F32(way + other.ahead))
+    counts_nearest = status != EXPANSION_BUDGET_SPENT or rules.release >= LYRICAL
+    is_near = counts_nearest and nearest_heuristic < rules.tolerance
+    return FOUND if is_near else status, graph, nearest, expansions

@@ -1,6 +1,7 @@
 """The last part of a Hybrid-A* path in one curve: the car's shortest way from a state to the goal.
 
-Source: nav2_smac_planner (AnalyticExpansion).
+The tries are fewer in earlier releases of Nav2: wider turns since Jazzy, since Kilted changes of
+direction count. Source: nav2_smac_planner (AnalyticExpansion), branches humble to lyrical.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from drake_navbench.kernels.hybrid_graph import (
     set_pose,
     state_at,
 )
+from drake_navbench.kernels.hybrid_releases import IRON, JAZZY, KILTED
 
 F32 = np.float32
 SQRT_2 = F32(math.sqrt(2.0))
@@ -42,7 +44,8 @@ WIDEST, WIDENING = F32(4.0), F32(0.5)
 class ExpansionRules(NamedTuple):
     """Parameters of Nav2 by their names; the length in cells, as float32.
 
-    columns: width of the grid, cells. cost_penalty: the search's own.
+    columns: width of the grid, cells. cost_penalty: the search's own. release: the release of Nav2
+    that searches.
     """
 
     ratio: np.float32
@@ -51,6 +54,7 @@ class ExpansionRules(NamedTuple):
     max_cost_override: bool
     cost_penalty: np.float32
     columns: int
+    release: int
 
 
 class Curve(NamedTuple):
@@ -85,6 +89,17 @@ def _pose_of(graph, motions, number):
 
 
 @njit(cache=True)
+def _bin_of(angle, motions, release):
+    """Returns the bin of an angle in [0, 2 pi), float32; before Jazzy a whole one."""
+    if release >= JAZZY:
+        return F32(angle / float(motions.bin_size))
+    if release >= IRON:
+        return F32(math.floor(angle / float(motions.bin_size)) % motions.bins)
+    nearest = math.floor(F32(F32(angle) / motions.bin_size) + 0.5)
+    return F32(nearest if nearest < motions.bins else 0)
+
+
+@njit(cache=True)
 def curve_to(graph, body, motions, rules, state, goal, radius):
     """Returns the curve from a state to a goal; none where it is too long, blocked or too costly.
 
@@ -106,7 +121,7 @@ def curve_to(graph, body, motions, rules, state, goal, radius):
         pose_on_curve(start, end, radius, kinds, lengths, knots, share, pose)
         angle = pose[2] + 2.0 * math.pi if pose[2] < 0.0 else pose[2]
         angle = angle - 2.0 * math.pi if angle > 2.0 * math.pi else angle
-        x, y, heading = F32(pose[0]), F32(pose[1]), F32(angle / float(motions.bin_size))
+        x, y, heading = F32(pose[0]), F32(pose[1]), _bin_of(angle, motions, rules.release)
         following = state_at(graph, index_of(pose[0], pose[1], heading, rules.columns, bins))
         if following == NO_STATE:
             fits = False
@@ -129,7 +144,8 @@ def curve_to(graph, body, motions, rules, state, goal, radius):
         set_pose(graph, states[k], kept[k, 0], kept[k, 1], kept[k, 2])
     if not fits:
         return no_curve()
-    changes = direction_changes(lengths) if motions.reverses else 0
+    counts_changes = motions.reverses and rules.release >= KILTED
+    changes = direction_changes(lengths) if counts_changes else 0
     return Curve(states[:found], own[:found], changes)
 
 
@@ -187,7 +203,7 @@ def refined(graph, body, motions, rules, state, goal, curve):
             curve, state = other, tried
     original = best = _score(graph, rules, curve)
     radius, widest = motions.radius, F32(WIDEST * motions.radius)
-    while radius < widest:
+    while radius < widest and rules.release >= JAZZY:
         radius = F32(radius + WIDENING)
         other = curve_to(graph, body, motions, rules, state, goal, np.float64(radius))
         score = _score(graph, rules, other)

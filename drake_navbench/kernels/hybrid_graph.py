@@ -1,7 +1,8 @@
 """The states of Hybrid-A*: one pose, cell by cell and bin by bin, and whether a robot fits there.
 
 A state is a cell and a heading bin. The first pose found in it decides whether it is free; it keeps
-the pose of the cheapest way to it. Positions are in cells, headings in bins, float32.
+the pose of the cheapest way to it. Before Jazzy each pose decides anew. Positions are in cells,
+headings in bins, float32.
 Source: nav2_smac_planner (NodeHybrid, GridCollisionChecker).
 """
 
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.kernels.footprint import footprint_cost
 from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION, Grid
+from drake_navbench.kernels.hybrid_releases import JAZZY
 
 F32 = np.float32
 HALF = F32(0.5)
@@ -29,13 +31,16 @@ class Body(NamedTuple):
     grid: grid of uint8 costs. outlines: (B, K, 2) m, the footprint by heading bin; K = 0: the
     centre's inflated cost decides. possible_cost: the least cost of the centre's cell at which the
     outline may touch something; a robot on a cheaper cell is free. 0 or less: no cost alone makes a
-    pose free. allow_unknown: whether unknown cells are free.
+    pose free. allow_unknown: whether unknown cells are free. release: the release of Nav2 that
+    checks: before Jazzy the centre's cell is that of the pose, and a state costs what the outline
+    does where it is looked at.
     """
 
     grid: Grid
     outlines: NDArray[np.float64]
     possible_cost: float
     allow_unknown: bool
+    release: int
 
 
 # One record, so that a state is one place in memory, and one array is handed from kernel to kernel.
@@ -144,20 +149,32 @@ def parent_of(graph, number):
 
 @njit(cache=True)
 def is_free(graph, body, number):
-    """Tells whether a state is free; only its first pose is ever checked."""
+    """Tells whether a state is free; since Jazzy only its first pose is ever checked."""
     state = graph.states[number]
-    if np.isnan(state.cost):
-        state.cost, state.is_free = look_at(body, state.x, state.y, state.heading)
+    if np.isnan(state.cost) or body.release < JAZZY:
+        check(body, state)
     return state.is_free
 
 
 @njit(cache=True)
+def check(body, state):
+    """Writes whether a state is free where it is, and its cost; before Jazzy only a free one's."""
+    cost, state.is_free = look_at(body, state.x, state.y, state.heading)
+    if state.is_free or body.release >= JAZZY:
+        state.cost = cost
+
+
+@njit(cache=True)
 def look_at(body, x, y, heading):
-    """Returns the cost under the centre of a pose, and whether the robot is free there."""
+    """Returns the cost of a pose, and whether the robot is free there.
+
+    The cost is that under the centre, before Jazzy that of the outline where it is looked at.
+    """
     rows, columns = body.grid.costs.shape
     if x < 0.0 or x > columns or y < 0.0 or y > rows:
         return F32(LETHAL), False
-    column, row = int(F32(x + HALF)), int(F32(y + HALF))
+    shift = HALF if body.release >= JAZZY else F32(0.0)
+    column, row = int(F32(x + shift)), int(F32(y + shift))
     # Nav2 reads on into the next row at the right border, and beyond the map at the upper one.
     if column == columns:
         column, row = 0, row + 1
@@ -172,15 +189,16 @@ def look_at(body, x, y, heading):
         return F32(centre), False
     if centre in (INSCRIBED, LETHAL):
         return F32(centre), False
-    return F32(centre), _does_outline_fit(body, int(x), int(y), int(heading))
+    worst = _outline_cost(body, int(x), int(y), int(heading))
+    fits = worst < LETHAL or (worst == NO_INFORMATION and body.allow_unknown)
+    return F32(centre if body.release >= JAZZY else worst), fits
 
 
 @njit(cache=True)
-def _does_outline_fit(body, column, row, heading):
-    """Tells whether the outline about a cell's centre touches nothing."""
+def _outline_cost(body, column, row, heading):
+    """Returns the largest cost under the outline about a cell's centre."""
     x = body.grid.origin_x + (column + 0.5) * body.grid.resolution
     y = body.grid.origin_y + (row + 0.5) * body.grid.resolution
     # A heading just below a full turn is rounded up to it; Nav2 then reads beyond its outlines.
     outline = body.outlines[heading % body.outlines.shape[0]]
-    worst = footprint_cost(body.grid, outline, x, y, 0.0, True)
-    return worst < LETHAL or (worst == NO_INFORMATION and body.allow_unknown)
+    return footprint_cost(body.grid, outline, x, y, 0.0, True)

@@ -17,6 +17,7 @@ from drake_navbench.kernels.binary_heap import heap_make, heap_pop, heap_push
 from drake_navbench.kernels.car_curves import shortest_curve
 from drake_navbench.kernels.curve_pieces import PIECES
 from drake_navbench.kernels.grid import INSCRIBED
+from drake_navbench.kernels.hybrid_releases import IRON, JAZZY
 
 F32 = np.float32
 ONE, TWO = F32(1.0), F32(2.0)
@@ -24,7 +25,7 @@ SQRT_2 = F32(math.sqrt(2.0))
 MAX_COST, MAX_COST_SQUARED = F32(252.0), F32(63504.0)
 # The value of the goal's cell at the start of the search; 0 would mean that it was not reached.
 OPEN_GOAL = F32(-0.00001)
-# Cells nearer to the border than this are never entered.
+# Since Jazzy cells nearer to the border than this are never entered.
 BORDER = 3
 UNSEEN = np.uint8(255)
 
@@ -36,7 +37,9 @@ class Reached(NamedTuple):
     made coarser. values: (rows * columns,) float32, the way to the goal where it is positive; where
     it is negative its size is the least way found so far; 0 where the cell was not reached. keys,
     cells: a heap of open cells, and size: (1,) their number. is_coarse: whether cells are 2 x 2.
-    cost_penalty, is_quadratic: parameters of the search.
+    cost_penalty, is_quadratic: parameters of the search. release: the release of Nav2 that
+    searches: before Jazzy cells at the border are entered, too; Humble reckons costs in double
+    precision.
     """
 
     costs: NDArray[np.float32]
@@ -47,6 +50,7 @@ class Reached(NamedTuple):
     is_coarse: bool
     cost_penalty: np.float32
     is_quadratic: bool
+    release: int
 
 
 def reached_from(
@@ -57,6 +61,7 @@ def reached_from(
     is_coarse: bool,
     cost_penalty: float,
     is_quadratic: bool,
+    release: int,
 ) -> Reached:
     """Returns a search that has only the goal's cell (column, row) open."""
     if is_coarse:
@@ -83,6 +88,7 @@ def reached_from(
         is_coarse,
         F32(cost_penalty),
         is_quadratic,
+        release,
     )
 
 
@@ -127,6 +133,25 @@ def way_round(reached, column, row):
 
 
 @njit(cache=True)
+def _are_ends(one, other, count):
+    """Tells whether two of `count` columns (or rows) are the first and the last one."""
+    return min(one, other) == 0 and max(one, other) >= count - 1
+
+
+@njit(cache=True)
+def _step_cost(reached, cost, length):
+    """Returns the cost of a step of a length in cells into a cell of a cost."""
+    if reached.release < IRON:
+        share = np.float64(reached.cost_penalty) * np.float64(cost) / np.float64(MAX_COST)
+        return F32(np.float64(length) * (1.0 + share))
+    if reached.is_quadratic:
+        part = F32(F32(F32(reached.cost_penalty * cost) * cost) / MAX_COST_SQUARED)
+    else:
+        part = F32(F32(reached.cost_penalty * cost) / MAX_COST)
+    return F32(length * F32(ONE + part))
+
+
+@njit(cache=True)
 def _open_neighbours(reached, cell, value, to_column, to_row, size):
     """Opens the neighbours that a closed cell makes cheaper; returns the size of the heap."""
     rows, columns = reached.costs.shape
@@ -139,14 +164,13 @@ def _open_neighbours(reached, cell, value, to_column, to_row, size):
         cost = costs[other]
         other_row, other_column = other // columns, other % columns
         is_inside = BORDER < other_column < columns - BORDER and BORDER < other_row < rows - BORDER
+        if reached.release < JAZZY:
+            row, column = cell // columns, cell % columns
+            is_inside = not _are_ends(column, other_column, columns)
+            is_inside = is_inside and not _are_ends(row, other_row, rows)
         if cost >= INSCRIBED or not is_inside or reached.values[other] > 0.0:
             continue
-        length = ONE if i <= 3 else SQRT_2
-        if reached.is_quadratic:
-            share = F32(F32(F32(reached.cost_penalty * cost) * cost) / MAX_COST_SQUARED)
-        else:
-            share = F32(F32(reached.cost_penalty * cost) / MAX_COST)
-        new = F32(value + F32(length * F32(ONE + share)))
+        new = F32(value + _step_cost(reached, cost, ONE if i <= 3 else SQRT_2))
         known = reached.values[other]
         if known == 0.0 or -known > new:
             reached.values[other] = -new

@@ -43,11 +43,13 @@ class Motions(NamedTuple):
     sines: NDArray[np.float64]
 
 
-def motions(radius: float, bins: int, *, reverses: bool, interpolates: bool) -> Motions:
+def motions(
+    radius: float, bins: int, *, reverses: bool, interpolates: bool, costs_chords: bool = False
+) -> Motions:
     """Returns the motions of a car that turns on `radius` cells, at least sqrt(1/2).
 
     interpolates: whether there are also wider arcs, one for each bin between straight on and the
-    tightest arc.
+    tightest arc. costs_chords: whether an arc costs no more than its chord, as before Jazzy.
     """
     radius32 = F32(radius)
     bin_size = F32(F32(2.0) * F32(math.pi)) / F32(bins)
@@ -66,7 +68,10 @@ def motions(radius: float, bins: int, *, reverses: bool, interpolates: bool) -> 
     if interpolates:
         for count in range(1, int(increments)):
             ways += _wider(F32(count), F32(count) * bin_size, chord, reverses=reverses)
-    return _tabulated(ways, chord, bin_size, bins, radius32, reverses=reverses)
+    table = _tabulated(ways, chord, bin_size, bins, radius32, reverses=reverses)
+    if costs_chords:
+        return table._replace(travel_costs=np.full(len(ways), chord, np.float32))
+    return table
 
 
 Way = tuple[np.float32, np.float32, np.float32, int]

@@ -1,6 +1,6 @@
 """The smoothing of paths by Nav2's planners of cars: in parts of one direction, with feasible ends.
 
-Source: nav2_smac_planner (Smoother, not holonomic).
+Source: nav2_smac_planner (Smoother, not holonomic), branches humble to lyrical.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ from numba import njit
 
 from drake_navbench.kernels.car_curves import curve_knots, pose_on_curve, shortest_curve
 from drake_navbench.kernels.curve_pieces import PIECES
-from drake_navbench.kernels.grid import INSCRIBED, LETHAL, cost_at
+from drake_navbench.kernels.grid import FREE, INSCRIBED, LETHAL, cost_at
+from drake_navbench.kernels.hybrid_releases import HUMBLE, LYRICAL
 from drake_navbench.kernels.path_smoothing import (
     MIN_SPAN_OF_GRID_PATH,
     assign_headings,
@@ -21,6 +22,7 @@ from drake_navbench.kernels.path_smoothing import (
     heading_offset,
     is_path_free,
     relax_point,
+    smooth_segment,
 )
 
 # The distance from the ends of a part up to which curves are tried, in turning radii.
@@ -30,29 +32,50 @@ LOOP_RATIO = 2.0
 # The end of a part; numba would compile `_meet` anew for each plain constant.
 AT_START, AT_END = np.bool_(False), np.bool_(True)
 NEVER_REVERSES = np.bool_(False)
+# The cost off the map, below whose lower or left edge Nav2 reads the last cell once more.
+BLOCKED, AS_BEFORE = np.int64(LETHAL), np.int64(FREE)
 
 
-def smooth_car_path(path, grid, footprint, radius, smoother):
+def smooth_car_path(path, grid, footprint, radius, smoother, release):
     """Returns a path (N, 3) x m, y m, yaw rad smoothed part by part; short parts stay.
 
     grid: `Grid` of uint8 costs. footprint: (K, 2) m whose outline is tested; K = 0 tests the cell
     under the pose. radius: radius of the tightest turn, m. smoother: Nav2's parameters by their
-    names.
+    names. release: the release of Nav2 that smooths: before Lyrical the cell under the pose is
+    tested whatever the footprint; in Humble all parts together have the refinements that each has
+    since.
     """
     result = path.copy()
+    rules = (smoother.tolerance, smoother.max_iterations, smoother.w_data, smoother.w_smooth)
+    refinements = smoother.refinement_num if smoother.do_refinement else 0
     for start, end in directional_segments(path):
         if end - start <= MIN_SPAN_OF_GRID_PATH:
             continue
         part = result[start : end + 1]
-        result[start : end + 1] = smooth_car_part(
-            part,
-            grid,
-            footprint,
-            radius,
-            (smoother.tolerance, smoother.max_iterations, smoother.w_data, smoother.w_smooth),
-            smoother.refinement_num if smoother.do_refinement else 0,
-        )
+        if release >= LYRICAL:
+            smoothed = smooth_car_part(part, grid, footprint, radius, rules, refinements)
+        else:
+            smoothed, spent = smooth_part_by_cells(part, grid, radius, rules, refinements)
+            refinements -= spent if release == HUMBLE else 0
+        result[start : end + 1] = smoothed
     return result
+
+
+@njit(cache=True)
+def smooth_part_by_cells(part, grid, radius, rules, refinement_num):
+    """Returns a part (N, 3) smoothed as before Lyrical, and the number of refinements begun.
+
+    rules: as of `smooth_car_part`.
+    """
+    tolerance, max_iterations, w_data, w_smooth = rules
+    result, begun, is_cut_short = smooth_segment(
+        part, grid, tolerance, max_iterations, w_data, w_smooth, refinement_num, FREE
+    )
+    if begun > 1 or not is_cut_short:
+        is_backward = np.bool_(heading_offset(result) != 0.0)
+        _meet(result, part[0].copy(), is_backward, AT_START, grid, radius, AS_BEFORE)
+        _meet(result, part[-1].copy(), is_backward, AT_END, grid, radius, AS_BEFORE)
+    return result, begun - 1
 
 
 @njit(cache=True)
@@ -72,8 +95,8 @@ def smooth_car_part(part, grid, footprint, radius, rules, refinement_num):
             break
     if succeeded:
         start, end = part[0].copy(), part[-1].copy()
-        _meet(result, start, is_backward, AT_START, grid, radius)
-        _meet(result, end, is_backward, AT_END, grid, radius)
+        _meet(result, start, is_backward, AT_START, grid, radius, BLOCKED)
+        _meet(result, end, is_backward, AT_END, grid, radius, BLOCKED)
     return result
 
 
@@ -106,7 +129,7 @@ def _relaxed(path, is_backward, grid, footprint, rules):
 
 
 @njit(cache=True)
-def _meet(path, pose, is_backward, is_end, grid, radius):
+def _meet(path, pose, is_backward, is_end, grid, radius, off_map):
     """Joins a path's start or end to a pose by a curve that a car can drive, in place."""
     n = path.shape[0]
     best_length, best_index = 1e9, 0
@@ -133,6 +156,7 @@ def _meet(path, pose, is_backward, is_end, grid, radius):
             driven,
             grid,
             radius,
+            off_map,
         )
         if is_free and 0.0 < length < best_length:
             best_length, best_index, best = length, k, points
@@ -146,10 +170,11 @@ def _meet(path, pose, is_backward, is_end, grid, radius):
 
 
 @njit(cache=True)
-def _curve(start_pose, end_pose, count, replaced, grid, radius):
+def _curve(start_pose, end_pose, count, replaced, grid, radius, off_map):
     """Returns (points (count + 1, 3), length, is_free) of Dubins' curve between poses (3,).
 
-    There are no points where the curve is a loop, compared to the length that it replaces.
+    There are no points where the curve is a loop, compared to the length that it replaces. off_map:
+    the cost off the map.
     """
     kinds, lengths = np.empty(PIECES, np.int64), np.empty(PIECES)
     start = start_pose[0], start_pose[1], start_pose[2]
@@ -163,7 +188,7 @@ def _curve(start_pose, end_pose, count, replaced, grid, radius):
     x, y = start[0], start[1]
     for i in range(count + 1):
         pose_on_curve(start, end, radius, kinds, lengths, knots, i / count, points[i])
-        if cost_at(grid, points[i, 0], points[i, 1], LETHAL) >= INSCRIBED:
+        if cost_at(grid, points[i, 0], points[i, 1], off_map) >= INSCRIBED:
             is_free = False
         length += math.hypot(points[i, 0] - x, points[i, 1] - y)
         x, y = points[i, 0], points[i, 1]

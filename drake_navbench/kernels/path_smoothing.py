@@ -164,12 +164,14 @@ def smooth_segment(
     w_data,
     w_smooth,
     refinement_num,
+    off_map=LETHAL,
 ):
     """Smooths a path driven in one direction, as Nav2's standalone simple smoother does.
 
     Like `smooth_grid_path`, but the cell under a point is tested as soon as the point has moved,
     no footprint is, any path of three poses or more is taken, and headings are assigned at the end,
-    by the non-holonomic rule: those of `path` tell whether it is driven backwards.
+    by the non-holonomic rule: those of `path` tell whether it is driven backwards. off_map: the
+    cost off the map. The smoothers of Nav2's Smac planners do the same up to Kilted.
     Returns the path, the number of passes that were begun, and whether the last was cut short.
     """
     result = _copied(path)
@@ -192,7 +194,7 @@ def smooth_segment(
             for i in range(1, path.shape[0] - 1):
                 change += relax_point(original, trial, i, w_data, w_smooth)
                 x, y = trial[i, 0], trial[i, 1]
-                if _is_in_collision(cost_at(grid, x, y, LETHAL)):
+                if _is_in_collision(cost_at(grid, x, y, off_map)):
                     is_cut_short = True
                     break
             if not is_cut_short:

@@ -15,6 +15,7 @@ from drake_navbench.navigation.goal_checkers import GOAL_CHECKERS, SimpleGoalChe
 from drake_navbench.navigation.path_handler import PathHandlerParameters
 from drake_navbench.navigation.progress_checkers import PROGRESS_CHECKERS, SimpleProgressChecker
 from drake_navbench.plugins.kinds import PluginKind
+from drake_navbench.plugins.releases import RELEASE_FIELD
 
 Fields = dict[str, Any]
 
@@ -28,8 +29,10 @@ PATH_HANDLERS = "path_handler_plugins"
 
 def read_controller_server(reader: NodeReader, controllers: Collection[str]) -> Fields:
     """Returns controller server, checkers and path handler; controllers: blocks read elsewhere."""
+    names = [field for field in ControllerServerSettings.model_fields if field != RELEASE_FIELD]
     fields: Fields = {
-        "controller_server": reader.block(ControllerServerSettings),
+        "controller_server": reader.block(ControllerServerSettings, names=names)
+        | {RELEASE_FIELD: str(reader.release)},
         "goal_checker": _goal_checker(reader),
         "progress_checker": _progress_checker(reader),
     }

@@ -198,8 +198,8 @@ def _by_class(value: Any) -> Found | None:
 def navigation_of(release: Release) -> dict[str, Any]:
     """Returns the values of `NavigationSettings` whose default in a release differs from ours."""
     tree = {RELEASE_FIELD: release, **defaults_in(BehaviorTreeSettings, release)}
-    server = defaults_in(ControllerServerSettings, release)
-    return {"behavior_tree": tree} | ({"controller_server": server} if server else {})
+    server = {RELEASE_FIELD: release, **defaults_in(ControllerServerSettings, release)}
+    return {"behavior_tree": tree, "controller_server": server}
 
 
 def tree_of(release: Release, tree: Mapping[str, Any]) -> dict[str, Any]:

@@ -41,7 +41,7 @@ from drake_navbench.navigation.waypoint_follower import (
     WaitAtWaypointParameters,
     WaypointFollowerParameters,
 )
-from drake_navbench.plugins.releases import NEWEST_RELEASE, RELEASE_FIELD, Release, defaults_in
+from drake_navbench.plugins.releases import RELEASE_FIELD, Release, defaults_in
 
 Fields = dict[str, Any]
 
@@ -49,6 +49,7 @@ NAVFN = "nav2_navfn_planner::NavfnPlanner"
 # Fields of a planner that no Nav2 file has.
 NOT_NAV2S = {"plugin", "expansions_per_second", RELEASE_FIELD}
 TURNING_RADIUS = "minimum_turning_radius"
+CORNERS = "how_many_corners"
 PARTIAL_PLAN = "allow_partial_planning"
 SIMPLE_SMOOTHER = SimpleSmoother.nav2_plugin
 DEFAULT_SMOOTHER = "simple_smoother"
@@ -107,7 +108,7 @@ def read_planner_server(reader: NodeReader, release: Release, cell_m: float) -> 
         plugin_type = SmacPlanner2DParameters.model_fields["plugin"].default
         remark = f"{types[name]}: SmacPlanner2D with its defaults is used instead"
         reader.note_block(Status.STAND_IN, name, remark)
-        values = _classic({})
+        values = _classic({RELEASE_FIELD: str(release)})
     if release < Release.LYRICAL and reader.given(PARTIAL_PLAN):
         reader.note(Status.UNREAD, PARTIAL_PLAN, f"{release} does not read it")
     elif reader.flag(PARTIAL_PLAN, False):
@@ -126,15 +127,27 @@ def _planner(
     reader: NodeReader, name: str, plugin_type: str, release: Release, cell_m: float
 ) -> Fields:
     model = PLANNERS.load(plugin_type).Parameters
+    rules = {RELEASE_FIELD: str(release)} if RELEASE_FIELD in model.model_fields else {}
     if model is SmacPlannerHybridParameters:
-        return _hybrid_planner(reader, name, release, cell_m)
+        return _hybrid_planner(reader, name, release, cell_m) | rules
     if model is not SmacPlanner2DParameters:
-        names = [field for field in model.model_fields if field not in NOT_NAV2S]
-        rules = {RELEASE_FIELD: str(release)} if RELEASE_FIELD in model.model_fields else {}
+        apart = {*NOT_NAV2S, *_noted_corners(reader, f"{name}.{CORNERS}", model)}
+        names = [field for field in model.model_fields if field not in apart]
         return reader.block(model, f"{name}.", names=names) | rules
     ours = {*_classic({}), *NOT_NAV2S}
     names = [field for field in model.model_fields if field not in ours]
-    return _classic(reader.block(model, f"{name}.", names=names))
+    return _classic(reader.block(model, f"{name}.", names=names) | rules)
+
+
+def _noted_corners(reader: NodeReader, name: str, model: type[BaseModel]) -> set[str]:
+    """Returns the parameter of Theta* whose value in the file Nav2 overrides, else nothing."""
+    if CORNERS not in model.model_fields or not reader.given(name):
+        return set()
+    count = reader.value(name)
+    if isinstance(count, bool) or not isinstance(count, int) or count in (4, 8):
+        return set()
+    reader.note(Status.OTHER_FORM, name, f"8, as in Nav2, in place of {count}")
+    return {CORNERS}
 
 
 def _hybrid_planner(reader: NodeReader, name: str, release: Release, cell_m: float) -> Fields:
@@ -144,14 +157,7 @@ def _hybrid_planner(reader: NodeReader, name: str, release: Release, cell_m: flo
     values = reader.block(SmacPlannerHybridParameters, f"{name}.", names=fields)
     factor = reader.node.get(f"{name}.downsampling_factor", 1)
     least_m = cell_m * (factor if isinstance(factor, int) else 1)
-    values |= _turning_radius(reader, f"{name}.{TURNING_RADIUS}", release, least_m)
-    if release < Release.LYRICAL:
-        reader.note(
-            Status.OTHER_FORM,
-            f"{name}.plugin",
-            f"here it searches as in {NEWEST_RELEASE}, whatever the release",
-        )
-    return values
+    return values | _turning_radius(reader, f"{name}.{TURNING_RADIUS}", release, least_m)
 
 
 def _turning_radius(reader: NodeReader, name: str, release: Release, least_m: float) -> Fields:

@@ -3,7 +3,9 @@
 `plan_path` searches with A*, turns cells into poses, smooths them and sets the last pose. Where
 Nav2 has a flaw that every plan would show, a parameter of ours switches between mending it (the
 default) and Nav2's behaviour; `SmacPlanner2DParameters.nav2_classic()` switches all to Nav2's.
-Source: nav2_smac_planner (SmacPlanner2D, CostmapDownsampler).
+Where Humble reads memory that it never set, there is an error: for a start or goal off the map.
+Source: nav2_smac_planner (SmacPlanner2D, CostmapDownsampler), branches humble to lyrical. Humble
+has no codes for failures.
 """
 
 from __future__ import annotations
@@ -16,8 +18,13 @@ from numpy.typing import ArrayLike, NDArray
 from drake_navbench.kernels import astar
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.footprint import footprint_cost
-from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION, Costmap, cost_at
-from drake_navbench.kernels.path_smoothing import smooth_grid_path, with_headings
+from drake_navbench.kernels.grid import FREE, INSCRIBED, LETHAL, NO_INFORMATION, Costmap, cost_at
+from drake_navbench.kernels.path_smoothing import (
+    MIN_SPAN_OF_GRID_PATH,
+    smooth_grid_path,
+    smooth_segment,
+    with_headings,
+)
 from drake_navbench.navigation.planner import (
     GoalOccupied,
     GoalOutsideMapBounds,
@@ -30,6 +37,10 @@ from drake_navbench.navigation.planner import (
     outside_map,
 )
 from drake_navbench.navigation.smac_planner_2d_parameters import SmacPlanner2DParameters
+from drake_navbench.plugins.releases import Release
+
+# The place of a pose in its cell, in cells from the lower left corner; 0 in other releases.
+PLACE_IN_CELL = {Release.HUMBLE: 0.5, Release.IRON: -0.5}
 
 
 class SmacPlanner2D:
@@ -51,9 +62,11 @@ def downsample(costmap: Costmap, factor: int, *, known_cells: bool = True) -> Co
     """Returns the costmap with factor x factor cells merged into their largest cost, same origin.
 
     known_cells: unknown cells count only where a block has no other; else (as in Nav2) unknown is
-    the largest cost of all. Blocks at the upper and right edge may be cut off by it.
+    the largest cost of all, and the edge of a cell is rounded to float32. Blocks at the upper and
+    right edge may be cut off by it.
     """
     rows, columns = costmap.costs.shape
+    resolution = costmap.resolution * factor
     coarse_rows, coarse_columns = -(-rows // factor), -(-columns // factor)
     padding = ((0, coarse_rows * factor - rows), (0, coarse_columns * factor - columns))
     blocks = (coarse_rows, factor, coarse_columns, factor)
@@ -64,7 +77,7 @@ def downsample(costmap: Costmap, factor: int, *, known_cells: bool = True) -> Co
         ranked.max(axis=(1, 3)) - shift,
         costmap.origin_x,
         costmap.origin_y,
-        costmap.resolution * factor,
+        resolution if known_cells else float(np.float32(resolution)),
         tracks_unknown=costmap.tracks_unknown,
         stamp_s=costmap.stamp_s,
     )
@@ -93,19 +106,24 @@ def plan_path(
         grid = downsample(
             costmap, parameters.downsampling_factor, known_cells=parameters.downsample_known_cells
         )
-    start_in_grid = _map_coordinates(grid, start, StartOutsideMapBounds, "start")
-    goal_in_grid = _map_coordinates(grid, goal, GoalOutsideMapBounds, "goal")
+    release = parameters.nav2_release
+    start_in_grid = map_coordinates(grid, start, release, StartOutsideMapBounds, "start")
+    goal_in_grid = map_coordinates(grid, goal, release, GoalOutsideMapBounds, "goal")
     start_cell, goal_cell = start_in_grid.astype(np.int64), goal_in_grid.astype(np.int64)
+    ends_at_goal = parameters.use_exact_end_points or release >= Release.LYRICAL
     if np.array_equal(start_cell, goal_cell):
+        if release < Release.JAZZY and grid.costs[start_cell[1], start_cell[0]] == LETHAL:
+            raise StartOccupied("start: its cell, which is the goal's, too, is lethal")
+        x, y = goal[:2] if ends_at_goal else start[:2]
         keeps_start_yaw = parameters.use_final_approach_orientation
-        return np.array([[goal[0], goal[1], start[2] if keeps_start_yaw else goal[2]]])
+        return np.array([[x, y, start[2] if keeps_start_yaw else goal[2]]])
     cells = _search_cells(grid, start_cell, goal_in_grid, parameters)
     reaches_goal = np.array_equal(cells[-1], goal_cell)
     path = _poses_of_cells(grid, cells, parameters)
     if parameters.use_exact_end_points:
         _blend_end_points(path, start, goal if reaches_goal else None)
     path = _smoothed(path, grid, footprint, parameters)
-    if reaches_goal:
+    if reaches_goal and ends_at_goal:
         path[-1, :2] = goal[:2]
     path[-1, 2] = goal[2]
     if parameters.use_final_approach_orientation and len(path) > 1:
@@ -115,13 +133,17 @@ def plan_path(
     return path
 
 
-def _map_coordinates(
-    grid: Costmap, pose: Array, error: type[PlanningError], name: str
+def map_coordinates(
+    grid: Costmap, pose: Array, release: Release, error: type[PlanningError], name: str
 ) -> NDArray[np.float32]:
-    """Returns (2,) continuous map coordinates in cells, float32 as in Nav2; raises `error`."""
+    """Returns (2,) map coordinates in cells, float32 as in Nav2; raises `error` off the map.
+
+    Before Jazzy they are those of the cell's lower left corner.
+    """
     rows, columns = grid.costs.shape
     offset = pose[:2] - (grid.origin_x, grid.origin_y)
-    coordinates = (offset / grid.resolution).astype(np.float32)
+    exact = offset / grid.resolution
+    coordinates = (exact if release >= Release.JAZZY else np.floor(exact)).astype(np.float32)
     if np.any(offset < 0.0) or np.any(coordinates >= np.array([columns, rows])):
         raise outside_map(grid, pose, error, name)
     return coordinates
@@ -151,6 +173,9 @@ def _search_cells(
             max_on_approach_iterations=parameters.max_on_approach_iterations,
             terminal_checking_interval=parameters.terminal_checking_interval,
             expansion_budget=budget,
+            takes_blocked_goal=parameters.nav2_release < Release.LYRICAL,
+            fails_when_late=parameters.nav2_release < Release.LYRICAL,
+            refuses_blocked_start=parameters.nav2_release < Release.JAZZY,
         ),
     )
     if status == astar.FOUND:
@@ -159,6 +184,8 @@ def _search_cells(
         raise GoalOccupied(
             f"goal: its cell is blocked, and no free cell lies within {parameters.tolerance:g} m"
         )
+    if status == astar.START_OCCUPIED:
+        raise StartOccupied("start: its cell is blocked")
     if status == astar.ITERATION_LIMIT:
         raise PlannerTimedOut(f"no path within max_iterations = {parameters.max_iterations}")
     if status == astar.EXPANSION_BUDGET_SPENT:
@@ -166,7 +193,7 @@ def _search_cells(
         if parameters.report_time_limit_as_timeout:
             raise PlannerTimedOut(limit)
         raise NoValidPathCouldBeFound(limit)
-    if expansions == 1:
+    if expansions == 1 and parameters.nav2_release >= Release.JAZZY:
         raise StartOccupied("start: every neighbour of its cell is blocked")
     raise NoValidPathCouldBeFound(f"goal: not reachable, after {expansions} expansions")
 
@@ -180,9 +207,10 @@ def _poses_of_cells(
         path[:, 0] = grid.origin_x + (cells[:, 0] + 0.5) * grid.resolution
         path[:, 1] = grid.origin_y + (cells[:, 1] + 0.5) * grid.resolution
     else:
+        place = PLACE_IN_CELL.get(parameters.nav2_release, 0.0)
         # Nav2 rounds the origin to float32 here.
-        path[:, 0] = float(np.float32(grid.origin_x)) + cells[:, 0] * grid.resolution
-        path[:, 1] = float(np.float32(grid.origin_y)) + cells[:, 1] * grid.resolution
+        path[:, 0] = float(np.float32(grid.origin_x)) + (cells[:, 0] + place) * grid.resolution
+        path[:, 1] = float(np.float32(grid.origin_y)) + (cells[:, 1] + place) * grid.resolution
     return path
 
 
@@ -205,17 +233,15 @@ def _smoothed(
 ) -> Array:
     """Returns the path after the planner's own smoother, with headings where they are wanted."""
     smoother = parameters.smoother
-    if smoother.max_iterations > 0:
-        path = smooth_grid_path(
-            path,
-            grid.grid,
-            np.empty((0, 2)) if footprint is None else np.ascontiguousarray(footprint),
-            smoother.tolerance,
-            smoother.max_iterations,
-            smoother.w_data,
-            smoother.w_smooth,
-            smoother.refinement_num if smoother.do_refinement else 0,
-        )
+    refinement_num = smoother.refinement_num if smoother.do_refinement else 0
+    rules = (smoother.tolerance, smoother.max_iterations, smoother.w_data, smoother.w_smooth)
+    if smoother.max_iterations > 0 and parameters.nav2_release >= Release.LYRICAL:
+        outline = np.empty((0, 2)) if footprint is None else np.ascontiguousarray(footprint)
+        path = smooth_grid_path(path, grid.grid, outline, *rules, refinement_num)
+    elif smoother.max_iterations > 0 and len(path) - 1 > MIN_SPAN_OF_GRID_PATH:
+        # Iron's positions may lie half a cell off the map; then it reads the last cell once more,
+        # which was free.
+        path = with_headings(smooth_segment(path, grid.grid, *rules, refinement_num, FREE)[0], True)
     return with_headings(path, True) if parameters.always_assign_headings else path
 
 

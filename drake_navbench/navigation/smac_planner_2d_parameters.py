@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
 from drake_navbench.navigation.smoother_parameters import RelaxationParameters
-from drake_navbench.plugins.releases import ReadBy, Release, since
+from drake_navbench.plugins.releases import NEWEST_RELEASE, ReadBy, Release, since
 from drake_navbench.typed_files.quantities import Count, Duration, Length, Number
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
@@ -54,6 +54,12 @@ class SmacPlanner2DParameters(SmacSearchParameters):
     """Parameters of SmacPlanner2D with Nav2's names and defaults, then our own switches."""
 
     plugin: Literal["nav2_smac_planner::SmacPlanner2D"] = "nav2_smac_planner::SmacPlanner2D"
+    nav2_release: Release = Field(
+        NEWEST_RELEASE,
+        description="Nav2 release whose rules apply: up to Kilted the smoother tests the cell "
+        "under the robot's centre, a blocked goal counts as free where there is a tolerance, and a "
+        "path that is late is none; up to Iron a blocked start is refused.",
+    )
     tolerance: Length = Field(
         0.125, ge=0.0, description="Distance from the goal at which a path may end [m]"
     )
@@ -78,13 +84,14 @@ class SmacPlanner2DParameters(SmacSearchParameters):
     use_cell_centres: bool = Field(
         True,
         description="Ours: poses and distances to the goal refer to the middle of a cell; Nav2: "
-        "to its lower left corner.",
+        "to its lower left corner (poses in Humble half a cell further, in Iron half a cell "
+        "before).",
     )
     use_exact_end_points: bool = Field(
         True,
         description="Ours: before it is smoothed, the path is moved to the exact start and goal, "
-        "their offsets within the cell blended along it; Nav2: it starts at the cell, "
-        "and after smoothing its last position is replaced by the goal.",
+        "their offsets within the cell blended along it; Nav2: it starts at the cell, and after "
+        "smoothing the goal replaces its last position (up to Kilted it ends at a cell).",
     )
     allow_corner_cutting: bool = Field(
         False, description="Let diagonal steps pass between two blocked cells; Nav2: true."
@@ -105,6 +112,14 @@ class SmacPlanner2DParameters(SmacSearchParameters):
         description="Ours: refuse a path on which the footprint meets an obstacle; with "
         "robot_radius, one whose poses lie in inscribed cells.",
     )
+
+    @model_serializer(mode="wrap")
+    def _as_plain(self, plain: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leaves out the release if it was not given, as logs did before there was one."""
+        values: dict[str, Any] = plain(self)
+        if "nav2_release" not in self.model_fields_set:
+            values.pop("nav2_release", None)
+        return values
 
     @classmethod
     def nav2_classic(cls, **parameters: Any) -> Self:

@@ -1,9 +1,9 @@
 """Nav2's planner for cars: Hybrid-A*, with Dubins' or Reeds and Shepp's curves.
 
-Source: nav2_smac_planner (SmacPlannerHybrid), branch lyrical. There are two differences. A time
-limit is a number of expansions. And where Nav2 reads beyond its arrays, there is a value: the robot
-does not fit at the map's upper edge, and at a heading that rounds to a full turn it has the outline
-of heading 0.
+Source: nav2_smac_planner (SmacPlannerHybrid), branches humble to lyrical. Humble has no codes for
+failures. There are two differences. A time limit is a number of expansions. And where Nav2 reads
+beyond its arrays, there is a value: the robot does not fit at the map's upper edge, and at a
+heading that rounds to a full turn it has the outline of heading 0.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ from drake_navbench.navigation.planner import (
     StartOccupied,
     StartOutsideMapBounds,
     as_pose,
-    outside_map,
 )
-from drake_navbench.navigation.smac_planner_2d import downsample
+from drake_navbench.navigation.smac_planner_2d import PLACE_IN_CELL, downsample, map_coordinates
 from drake_navbench.navigation.smac_planner_hybrid_parameters import SmacPlannerHybridParameters
+from drake_navbench.plugins.releases import Release
 
 F32 = np.float32
 # Each state has a number: 2 GB of addresses. The search touches only those of states it visits.
@@ -85,41 +85,58 @@ class SmacPlannerHybrid:
         require_few_states(parameters, rows, columns)
         first = self._state(grid, start, StartOutsideMapBounds, "start")
         last = self._state(grid, goal, GoalOutsideMapBounds, "goal")
-        if np.array_equal(np.floor(first), np.floor(last)):
+        if self._are_one(first, last):
             return np.array([[start[0], start[1], goal[2]]])
         cells, expansions = self._search(costmap, grid, first, last)
+        place = PLACE_IN_CELL.get(parameters.nav2_release, 0.0)
         path = np.empty(cells.shape)
-        path[:, 0] = float(F32(grid.origin_x)) + cells[:, 0].astype(float) * grid.resolution
-        path[:, 1] = float(F32(grid.origin_y)) + cells[:, 1].astype(float) * grid.resolution
+        for axis, origin in enumerate((grid.origin_x, grid.origin_y)):
+            places = cells[:, axis].astype(float) + place
+            path[:, axis] = float(F32(origin)) + places * grid.resolution
         path[:, 2] = [wrap(float(angle)) for angle in cells[:, 2]]
-        if parameters.smooth_path and expansions > 1 and parameters.smoother.max_iterations > 0:
-            radius_m = self._radius_m(grid)
-            smoother = parameters.smoother
-            path = smooth_car_path(path, grid.grid, self._footprint, radius_m, smoother)
+        smoother = parameters.smoother
+        if parameters.smooth_path and expansions > 1 and smoother.max_iterations > 0:
+            radius_m, release = self._radius_m(costmap.resolution), self._minor_version
+            path = smooth_car_path(path, grid.grid, self._footprint, radius_m, smoother, release)
         return path
 
-    def _radius_m(self, grid: Costmap) -> float:
-        """Returns the turning radius, m: not below a cell.
+    @property
+    def _minor_version(self) -> int:
+        return self.parameters.nav2_release.version[1]
 
-        Nav2 means the cells of the coarser map, also where downsample_costmap is off.
+    def _radius_m(self, cell_m: float) -> float:
+        """Returns the turning radius, m; cell_m: edge of a cell of the given costmap, m.
+
+        Since Jazzy it is not below a cell of the coarser map, also where downsample_costmap is off.
+        Before, the motions of a car that turns within a cell are no numbers in Nav2.
         """
         p = self.parameters
-        merged = 1 if p.downsample_costmap else p.downsampling_factor
-        return max(p.minimum_turning_radius, grid.resolution * merged)
+        if p.nav2_release >= Release.JAZZY:
+            return max(p.minimum_turning_radius, cell_m * p.downsampling_factor)
+        least_m = cell_m * self._factor
+        turns = p.minimum_turning_radius >= math.sqrt(0.5) * least_m
+        return p.minimum_turning_radius if turns else least_m
+
+    def _are_one(self, first: NDArray[np.float32], last: NDArray[np.float32]) -> bool:
+        """Tells whether a path from a state (3,) to another is one pose."""
+        release = self.parameters.nav2_release
+        count = 2 if release is Release.JAZZY else 3
+        are_equal = np.array_equal(np.floor(first[:count]), np.floor(last[:count]))
+        return are_equal and release is not Release.IRON
 
     def _state(
         self, grid: Costmap, pose: Array, error: type[Any], name: str
     ) -> NDArray[np.float32]:
         """Returns (3,) position in cells and heading bin; raises `error` off the map."""
-        rows, columns = grid.costs.shape
-        offset = pose[:2] - (grid.origin_x, grid.origin_y)
-        x, y = (offset / grid.resolution).astype(F32)
-        if offset.min() < 0.0 or not (x < columns and y < rows):
-            raise outside_map(grid, pose, error, name)
+        release = self.parameters.nav2_release
+        x, y = map_coordinates(grid, pose, release, error, name)
         bins = self.parameters.angle_quantization_bins
         count = wrap(float(pose[2])) / (2.0 * math.pi / bins)
-        # Halves go away from 0.
-        heading = math.copysign(math.floor(abs(count) + 0.5), count)
+        if release is Release.IRON:
+            heading = float(math.floor(count % bins))
+        else:
+            # Halves go away from 0.
+            heading = math.copysign(math.floor(abs(count) + 0.5), count)
         return np.array([x, y, heading % bins], F32)
 
     def _search(
@@ -134,41 +151,45 @@ class SmacPlannerHybrid:
         The way round obstacles is that of the cells of the given costmap with the same numbers, as
         in Nav2 since Jazzy, also where the path is searched on the coarser grid.
         """
-        parameters = self.parameters
-        radius = self._radius_m(grid) / grid.resolution
+        parameters, release = self.parameters, self.parameters.nav2_release
+        cell_m = costmap.resolution * self._factor
         ways_of_car = motions(
-            radius,
+            self._radius_m(costmap.resolution) / cell_m,
             parameters.angle_quantization_bins,
             reverses=parameters.motion_model_for_search == "REEDS_SHEPP",
             interpolates=parameters.allow_primitive_interpolation,
+            costs_chords=release < Release.JAZZY,
         )
         reached = reached_from(
-            costmap.costs,
+            costmap.costs if release >= Release.JAZZY else grid.costs,
             (int(last[0]), int(last[1])),
             (int(first[0]), int(first[1])),
             is_coarse=parameters.downsample_obstacle_heuristic,
             cost_penalty=parameters.cost_penalty,
             is_quadratic=parameters.use_quadratic_cost_penalty,
+            release=self._minor_version,
         )
         rules = self._rules(grid)
         status, path, expansions = hybrid_astar.search(
             self._body(grid, ways_of_car),
             ways_of_car,
             rules,
-            self._expansion(grid),
-            (reached, _free_ways(ways_of_car, self._table_width(grid))),
+            self._expansion(costmap.resolution, grid.costs.shape[1]),
+            (reached, _free_ways(ways_of_car, self._table_width(cell_m))),
             first,
             (last[:2], self._goal_bins(int(last[2]))),
             # Made here, not in the kernel: numpy takes memory that is 0 already, page by page.
             np.zeros(grid.costs.size * ways_of_car.bins, np.int32),
         )
-        if status == hybrid_astar.FOUND:
+        if status == hybrid_astar.FOUND and len(path) > 0:
             return path, expansions
+        if status == hybrid_astar.START_OCCUPIED:
+            raise StartOccupied("start: the robot does not fit there")
         if status == hybrid_astar.GOAL_OCCUPIED:
             raise GoalOccupied(
                 f"goal: the robot does not fit there, nor within {parameters.tolerance:g} m"
             )
-        if expansions == 1:
+        if expansions == 1 and release >= Release.JAZZY:
             raise StartOccupied("start: every way out of it is blocked")
         if status == hybrid_astar.ITERATION_LIMIT:
             raise PlannerTimedOut(f"no path within max_iterations = {parameters.max_iterations}")
@@ -192,18 +213,20 @@ class SmacPlannerHybrid:
             p.terminal_checking_interval,
             math.ceil(p.max_planning_time * p.expansions_per_second),
             p.coarse_step,
+            self._minor_version,
         )
 
-    def _expansion(self, grid: Costmap) -> ExpansionRules:
+    def _expansion(self, cell_m: float, columns: int) -> ExpansionRules:
+        """cell_m: edge of a cell of the given costmap, m, whose cells Nav2 takes for the length."""
         p = self.parameters
         return ExpansionRules(
             F32(p.analytic_expansion_ratio),
-            # Nav2 takes the cells of the map before it is made coarser.
-            F32(p.analytic_expansion_max_length / (grid.resolution / self._factor)),
+            F32(p.analytic_expansion_max_length / cell_m),
             F32(p.analytic_expansion_max_cost),
             p.analytic_expansion_max_cost_override,
             F32(p.cost_penalty),
-            grid.costs.shape[1],
+            columns,
+            self._minor_version,
         )
 
     @property
@@ -211,8 +234,8 @@ class SmacPlannerHybrid:
         p = self.parameters
         return p.downsampling_factor if p.downsample_costmap else 1
 
-    def _table_width(self, grid: Costmap) -> int:
-        width = int(F32(self.parameters.lookup_table_size) / F32(grid.resolution))
+    def _table_width(self, cell_m: float) -> int:
+        width = int(F32(self.parameters.lookup_table_size) / F32(cell_m))
         return width + 1 if width % 2 == 0 else width
 
     def _goal_bins(self, heading: int) -> NDArray[np.int64]:
@@ -234,7 +257,8 @@ class SmacPlannerHybrid:
             x, y = self._footprint[:, 0], self._footprint[:, 1]
             outlines[heading, :, 0] = x * cosine - y * sine
             outlines[heading, :, 1] = x * sine + y * cosine
-        return Body(grid.grid, outlines, self._possible_cost, self.parameters.allow_unknown)
+        allow_unknown = self.parameters.allow_unknown
+        return Body(grid.grid, outlines, self._possible_cost, allow_unknown, self._minor_version)
 
 
 def require_few_states(parameters: SmacPlannerHybridParameters, rows: int, columns: int) -> None:

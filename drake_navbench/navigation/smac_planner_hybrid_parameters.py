@@ -8,7 +8,7 @@ from typing import ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from drake_navbench.navigation.smac_planner_2d_parameters import SmacSearchParameters
-from drake_navbench.plugins.releases import ReadBy, Release, before, since
+from drake_navbench.plugins.releases import NEWEST_RELEASE, ReadBy, Release, before, since
 from drake_navbench.typed_files.quantities import Count, Duration, Length, Number
 
 # No cell costs more: before the parameter existed, curves to the goal had no limit.
@@ -31,6 +31,13 @@ class SmacPlannerHybridParameters(SmacSearchParameters):
     }
 
     plugin: Literal["nav2_smac_planner::SmacPlannerHybrid"] = "nav2_smac_planner::SmacPlannerHybrid"
+    nav2_release: Release = Field(
+        NEWEST_RELEASE,
+        description="Nav2 release whose rules apply: up to Kilted the smoother tests the cell "
+        "under the robot's centre, all first motions cost the same, and a blocked goal counts as "
+        "free where there is a tolerance; up to Jazzy curves to the goal ignore changes of "
+        "direction; up to Iron a path starts and ends in cells, and curves are not widened.",
+    )
     motion_model_for_search: Literal["DUBIN", "REEDS_SHEPP"] = Field(
         "DUBIN", description="Kind of curves: DUBIN drives forward only, REEDS_SHEPP backward, too."
     )

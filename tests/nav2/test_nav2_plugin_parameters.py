@@ -36,6 +36,13 @@ def test_the_search_distance_of_earlier_controllers_is_the_path_handlers(plugin,
     assert preset.ignored == ()
 
 
+def test_rpp_takes_a_least_lookahead_of_nothing_as_nav2_does(preset_of):
+    scaled = {"use_velocity_scaled_lookahead_dist": True, "min_lookahead_dist": 0.0}
+    assert preset_of(RPP, scaled).parameters.min_lookahead_dist == 0.0
+    with pytest.raises(InputError, match="min_lookahead_dist"):
+        preset_of(RPP, scaled | {"min_lookahead_dist": -0.1})
+
+
 @pytest.mark.parametrize("name", ["vx_samples", "vy_samples", "vtheta_samples"])
 def test_fewer_samples_than_two_are_two_as_in_nav2(name, preset_of):
     assert getattr(preset_of(DWB, {"critics": ["PathDist"], name: 0}).parameters, name) == 0

@@ -476,3 +476,42 @@ def test_a_custom_inscribed_radius_counts_in_lyrical_and_threads_nowhere(read_as
 
     assert read("lyrical") == (Status.USED, Status.NO_MEANING)
     assert read("kilted")[0] == Status.UNREAD
+
+
+@pytest.mark.parametrize(
+    "plugin", ["SmacPlanner2D", "SmacPlannerHybrid", "ThetaStarPlanner", "Unknown"]
+)
+def test_a_planner_has_the_rules_of_the_files_release(plugin, read_as):
+    package = "nav2_theta_star_planner" if plugin.startswith("Theta") else "nav2_smac_planner"
+
+    def rules(release):
+        text = f"planner_plugins: [P], P: {{plugin: '{package}::{plugin}'}}"
+        planner = read_as(release, "planner_server", text).robot.navigation.planner
+        refinements = getattr(planner, "smoother", None) and planner.smoother.refinement_num
+        return planner.nav2_release, refinements
+
+    refinements = {"ThetaStarPlanner": [None] * 5, "Unknown": [2] * 5}.get(plugin, [4, 2, 2, 2, 2])
+    assert of_each(rules) == list(zip(ALL, refinements, strict=True))
+
+
+def test_the_controller_server_has_the_order_of_the_files_release(read_as):
+    def tests_goal_first(release):
+        setups = (
+            read_as(release, "controller_server", "controller_frequency: 20.0"),
+            read_as(release, "planner_server", "planner_plugins: [P], P: {plugin: 'a::B'}"),
+        )
+        return {setup.robot.navigation.controller_server.tests_goal_first for setup in setups}
+
+    assert of_each(tests_goal_first) == [{False}, {False}, {True}, {False}, {True}]
+
+
+@pytest.mark.parametrize(("given", "corners"), [("6", 8), ("4", 4), ("0", 8)])
+def test_theta_star_looks_at_four_or_eight_neighbours_whatever_is_given(given, corners, read_as):
+    text = (
+        "planner_plugins: [P], P: {plugin: 'nav2_theta_star_planner::ThetaStarPlanner', "
+        f"how_many_corners: {given}}}"
+    )
+    setup = read_as("jazzy", "planner_server", text)
+    assert setup.robot.navigation.planner.how_many_corners == corners
+    status = Status.USED if corners == int(given) else Status.OTHER_FORM
+    assert row_of(setup, "P.how_many_corners").status == status

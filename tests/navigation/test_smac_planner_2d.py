@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from planner_requests import answer, digest, random_requests
 from pydantic import ValidationError
 
 from drake_navbench.errors import InputError, NavbenchError
@@ -17,7 +18,7 @@ from drake_navbench.navigation.planner import (
     StartOccupied,
     StartOutsideMapBounds,
 )
-from drake_navbench.navigation.smac_planner_2d import downsample, plan_path
+from drake_navbench.navigation.smac_planner_2d import SmacPlanner2D, downsample, plan_path
 from drake_navbench.navigation.smac_planner_2d_parameters import (
     SmacPlanner2DParameters as Parameters,
 )
@@ -382,3 +383,116 @@ def test_classic_mode_can_be_changed_switch_by_switch():
     assert parameters.use_cell_centres
     assert not parameters.use_exact_end_points
     assert parameters.tolerance == 0.5
+
+
+# Releases before Lyrical
+
+
+def of_release(release, **parameters):
+    return Parameters.nav2_classic(nav2_release=release, **parameters)
+
+
+@pytest.mark.parametrize(
+    ("release", "end"),
+    [("humble", (6.025, 2.025)), ("iron", (5.975, 1.975)), ("kilted", (6.0, 2.0))],
+)
+def test_up_to_kilted_a_path_ends_at_a_place_in_the_goals_cell(release, end):
+    # The goal's cell is (120, 40) of 0.05 m.
+    path = plan_path(empty_map(), (1.01, 2.01, 0.0), (6.04, 2.03, 0.5), of_release(release))
+    np.testing.assert_allclose(path[-1], (*end, 0.5), atol=1e-9)
+    lyrical = plan_path(empty_map(), (1.01, 2.01, 0.0), (6.04, 2.03, 0.5), CLASSIC)
+    np.testing.assert_allclose(lyrical[-1], (6.04, 2.03, 0.5))
+
+
+def test_up_to_kilted_a_path_within_one_cell_takes_the_starts_position():
+    start, goal = (1.01, 2.01, 0.3), (1.04, 2.02, 0.7)
+    for release, place in (("kilted", start), ("lyrical", goal)):
+        path = plan_path(empty_map(), start, goal, of_release(release))
+        np.testing.assert_array_equal(path, [[*place[:2], 0.7]])
+
+
+def test_up_to_iron_a_blocked_start_is_refused_also_in_the_goals_cell():
+    costs = np.zeros((100, 200), dtype=np.uint8)
+    costs[40, 20] = LETHAL
+    for goal in ((6.0, 2.0, 0.0), (1.04, 2.04, 0.0)):
+        with pytest.raises(StartOccupied):
+            plan_path(make_map(costs), (1.01, 2.01, 0.0), goal, of_release("iron"))
+        assert len(plan_path(make_map(costs), (1.01, 2.01, 0.0), goal, of_release("jazzy")))
+
+
+def test_up_to_kilted_a_blocked_goal_is_searched_for_wherever_there_is_a_tolerance():
+    costs = np.zeros((100, 200), dtype=np.uint8)
+    costs[30:50, 110:130] = LETHAL
+    start, goal = (1.0, 2.0, 0.0), (6.0, 2.0, 0.0)
+    with pytest.raises(NoValidPathCouldBeFound):
+        plan_path(make_map(costs), start, goal, of_release("kilted", tolerance=0.25))
+    for release, tolerance in (("kilted", 0.0), ("lyrical", 0.25)):
+        with pytest.raises(GoalOccupied):
+            plan_path(make_map(costs), start, goal, of_release(release, tolerance=tolerance))
+
+
+def test_up_to_kilted_a_late_path_is_none_also_within_the_tolerance():
+    # 100 expansions along a row end 1 cell before the goal.
+    late = {
+        "max_planning_time": 100.0,
+        "expansions_per_second": 1.0,
+        "terminal_checking_interval": 1,
+        "tolerance": 0.2,
+        "cost_travel_multiplier": 0.0,
+    }
+    corridor = np.full((3, 200), LETHAL, dtype=np.uint8)
+    corridor[1] = 0
+    start, goal = (0.0, 0.06, 0.0), (5.06, 0.06, 0.0)
+    path = plan_path(make_map(corridor), start, goal, of_release("lyrical", **late))
+    np.testing.assert_allclose(path[-1, 0], 5.0)
+    with pytest.raises(NoValidPathCouldBeFound):
+        plan_path(make_map(corridor), start, goal, of_release("kilted", **late))
+
+
+def test_up_to_kilted_the_smoother_tests_no_footprint():
+    # The path rises by 1 m on 4 m; a wall lies 0.2 m below its beginning, the robot reaches 0.3 m.
+    costs = np.zeros((100, 200), dtype=np.uint8)
+    costs[34:36, 50:75] = LETHAL
+    robot, start, goal = circle_footprint(0.3), (3.0, 2.0, 0.0), (7.0, 3.0, 0.0)
+    smoothed, raw = (
+        plan_path(make_map(costs), start, goal, of_release(release), footprint=robot)
+        for release in ("kilted", "lyrical")
+    )
+    # Raw positions are corners of cells.
+    assert np.abs(raw[1:-1, :2] / RESOLUTION_M % 1.0 - 0.5).min() > 0.49
+    assert np.abs(smoothed[1:-1, :2] / RESOLUTION_M % 1.0 - 0.5).min() < 0.4
+
+
+@pytest.mark.parametrize(
+    ("release", "undefined", "expected"),
+    [
+        # Starts and goals off the map; Humble has no codes.
+        (
+            "humble",
+            {1, 17, 29, 54},
+            "96aab2567e46efe259db254fc92d230d03cee9a8ce6c5e57cf257e74f2888a78",
+        ),
+        # Iron's smoother reads at an index that it never set.
+        ("iron", {10, 56, 57}, "5d1dfaeb5505fc748469fa5b7172f4ce871727121fac44b7ec801ca8c5905353"),
+        ("jazzy", set(), "4a8f6c48c8c0f98fbeead51f577239696128ef88b0ccd8ed25ccbc2149641b05"),
+        ("kilted", set(), "4a8f6c48c8c0f98fbeead51f577239696128ef88b0ccd8ed25ccbc2149641b05"),
+        ("lyrical", set(), "7d66c14ba2f99b2fae2b4b2abd4dd4f3a7f705eec9847b0f0bfe6fc9697712c6"),
+    ],
+)
+def test_answers_are_those_of_nav2_of_each_release(release, undefined, expected):
+    def answer_to(request):
+        n = request.number
+        parameters = of_release(
+            release,
+            tolerance=(0.125, 0.0, 0.4)[n % 3],
+            allow_unknown=n % 4 < 3,
+            cost_travel_multiplier=(1.0, 0.0, 2.0)[n % 3],
+            downsample_costmap=n % 5 == 0,
+            downsampling_factor=2,
+            smoother={"refinement_num": 4 if release == "humble" else 2},
+        )
+        code, path = answer(SmacPlanner2D(parameters, None), request)
+        return 0 if release == "humble" else code, path
+
+    requests = (r for r in random_requests(60) if r.number not in undefined)
+    assert digest(answer_to(request) for request in requests) == expected

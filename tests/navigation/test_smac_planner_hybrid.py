@@ -23,6 +23,7 @@ from drake_navbench.navigation.planner import (
 )
 from drake_navbench.navigation.smac_planner_hybrid import SmacPlannerHybrid
 from drake_navbench.navigation.smac_planner_hybrid_parameters import SmacPlannerHybridParameters
+from drake_navbench.plugins.releases import Release, defaults_in
 from drake_navbench.trial.task_cost import check_cost
 from drake_navbench.typed_files.typed_yaml import validate
 
@@ -196,3 +197,93 @@ def test_a_map_with_a_thousand_million_states_is_refused_in_one_line_before_anyt
     with pytest.raises(InputError, match=r"make 1e\+09 states, expected at most 5e\+08") as caught:
         check_cost(scenario, robot)
     assert "\n" not in str(caught.value)
+
+
+# Releases before Lyrical
+
+SMALL_CAR = np.array([[0.2, 0.1], [0.2, -0.1], [-0.1, -0.1], [-0.1, 0.1]])
+# In these a search looks at the map's upper half row, where Nav2 reads beyond its costmap.
+AT_UPPER_EDGE = {0, 6, 12, 18}
+# Humble crashes in this one, and its failures have no codes.
+CRASHES_HUMBLE, NO_CODE = 16, -1
+
+
+@pytest.mark.parametrize(
+    ("release", "first", "last"),
+    [
+        # Poses in cells (20, 20) and (80, 24) of 0.05 m; bins of 5 degrees.
+        ("humble", (1.025, 1.025, 5.0), (4.025, 1.225, -90.0)),
+        ("iron", (0.975, 0.975, 0.0), (3.975, 1.175, -90.0)),
+        ("jazzy", (1.01, 1.02, 5.0), (4.03, 1.23, -90.0)),
+    ],
+)
+def test_up_to_iron_a_path_runs_from_cell_to_cell(release, first, last):
+    start, goal = (1.01, 1.02, np.radians(4.0)), (4.03, 1.23, np.radians(-90.0))
+    path = planner(nav2_release=release, smooth_path=False).plan(room(), start, goal)
+    for pose, expected in ((path[0], first), (path[-1], last)):
+        np.testing.assert_allclose(pose, [*expected[:2], np.radians(expected[2])], atol=1e-5)
+
+
+def test_a_path_within_one_cell_is_one_pose_but_in_iron():
+    start, turned = (1.01, 1.02, 0.0), (1.04, 1.03, np.radians(90.0))
+    assert len(planner(nav2_release="jazzy").plan(room(), start, turned)) == 1
+    assert len(planner(nav2_release="humble").plan(room(), start, start)) == 1
+    with pytest.raises(NoValidPathCouldBeFound):
+        planner(nav2_release="iron").plan(room(), start, start)
+
+
+def test_a_start_that_is_one_of_several_goals_is_no_path():
+    # Lyrical's answer where every curve to another heading is too long.
+    any_heading = {"goal_heading_mode": "ALL_DIRECTION", "analytic_expansion_max_length": 0.1}
+    with pytest.raises(StartOccupied):
+        planner(**any_heading).plan(room(), START, (1.01, 1.01, np.radians(90.0)))
+
+
+def test_up_to_iron_a_blocked_start_is_refused():
+    at_wall = (2.95, 1.0, 0.0)
+    with pytest.raises(StartOccupied, match="does not fit"):
+        planner(nav2_release="iron").plan(room(WALL), at_wall, (1.0, 1.0, 0.0))
+
+
+def test_before_jazzy_an_arc_costs_its_chord():
+    as_chords = motions(8.0, 72, reverses=True, interpolates=False, costs_chords=True)
+    np.testing.assert_array_equal(as_chords.travel_costs, np.full(6, as_chords.step_x[0, 0], "f4"))
+
+
+@pytest.mark.parametrize(
+    ("release", "codes", "poses", "total_m"),
+    [
+        ("humble", {0: 6, NO_CODE: 11}, 145, 451.786049432),
+        ("iron", {0: 7, 203: 1, 204: 1, 205: 4, 206: 2, 208: 3}, 174, 601.253689148),
+        ("jazzy", {0: 7, 203: 1, 204: 1, 205: 4, 206: 2, 208: 3}, 158, 518.391703137),
+        ("kilted", {0: 7, 203: 1, 204: 1, 205: 4, 206: 2, 208: 3}, 160, 522.589453419),
+        ("lyrical", {0: 7, 203: 1, 204: 1, 205: 3, 206: 2, 207: 1, 208: 3}, 153, 372.302886234),
+    ],
+)
+def test_answers_are_those_of_nav2_of_each_release(release, codes, poses, total_m):
+    def answer_to(request):
+        n = request.number
+        given = {
+            "nav2_release": release,
+            "motion_model_for_search": ("DUBIN", "REEDS_SHEPP")[n % 2],
+            "minimum_turning_radius": 0.3,
+            "max_iterations": 3000,
+            "lookup_table_size": 2.0,
+            "tolerance": (0.25, 0.0, 0.1)[n % 3],
+            "downsample_costmap": n % 5 == 0,
+            "downsampling_factor": 2,
+            "allow_unknown": n % 4 < 3,
+            "smoother": {"refinement_num": 4 if release == "humble" else 2},
+        }
+        others = defaults_in(SmacPlannerHybridParameters, Release(release))
+        settings = SmacPlannerHybridParameters(**others | given)
+        code, path = answer(SmacPlannerHybrid(settings, SMALL_CAR if n % 2 else None), request)
+        return (NO_CODE if code and release == "humble" else code), path
+
+    undefined = AT_UPPER_EDGE | ({CRASHES_HUMBLE} if release == "humble" else set())
+    requests = [r for r in random_requests(22) if r.number not in undefined]
+    answers = [answer_to(request) for request in requests]
+    found = [code for code, _ in answers]
+    assert {code: found.count(code) for code in sorted(set(found))} == codes
+    assert sum(len(path) for _, path in answers) == poses
+    assert sum(np.abs(path[:, :2]).sum() for _, path in answers) == pytest.approx(total_m, abs=1e-6)

@@ -155,13 +155,40 @@ def test_after_a_request_to_clear_it_waits_for_the_next_costmap_and_keeps_the_co
     assert rig.run(1).memory == 3
 
 
-@pytest.mark.parametrize(("timeout_s", "code"), [(0.3, 107), (0.0, 0)])
-def test_it_gives_up_on_a_costmap_that_never_becomes_current(timeout_s, code):
-    rig = Rig(Counter(), costmap_update_timeout=timeout_s)
+@pytest.mark.parametrize(("release", "code"), [("lyrical", 107), ("iron", 107)])
+def test_it_gives_up_on_a_costmap_that_never_becomes_current(release, code):
+    rig = Rig(Counter(), costmap_update_timeout=0.3, nav2_release=release)
     rig.give(plan=plan(), clear_request=ClearRequest(time_s=0.0))
     # The first cycle waits for 0 s, the seventh for 0.30 s, the eighth for more.
     assert rig.run(7).status.state is TaskState.RUNNING
     assert rig.run(1).status.error_code == code
+
+
+@pytest.mark.parametrize(
+    ("release", "cycles", "code"),
+    [("iron", 0, 0), ("jazzy", 0, 107), ("kilted", 0, 107), ("lyrical", 8, 0)],
+)
+def test_a_timeout_of_zero_means_what_it_does_in_its_release(release, cycles, code):
+    # Iron waits for ever, Jazzy and Kilted not at all, Lyrical drives with the old costmap.
+    controller = Counter()
+    rig = Rig(controller, costmap_update_timeout=0.0, nav2_release=release)
+    rig.give(plan=plan(), clear_request=ClearRequest(time_s=0.0))
+    assert rig.run(8).status.error_code == code
+    assert len(controller.seen) == cycles
+
+
+@pytest.mark.parametrize(
+    ("release", "cycles"),
+    [("humble", 1), ("iron", 1), ("jazzy", 0), ("kilted", 1), ("lyrical", 0)],
+)
+def test_a_cycle_at_the_goal_makes_a_command_first_where_the_release_does(release, cycles):
+    controller = Counter()
+    rig = Rig(controller, nav2_release=release)
+    rig.give(plan=plan(), odometry_estimate=np.array([*plan().poses[-1], 0.0, 0.0, 0.0]))
+    state = rig.run(1)
+    assert state.status.state is TaskState.SUCCEEDED
+    assert (len(controller.seen), state.cycle_count) == (cycles, cycles)
+    np.testing.assert_array_equal(state.command, np.zeros(3))
 
 
 def test_the_controller_is_told_the_speed_limit():

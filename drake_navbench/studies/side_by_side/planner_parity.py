@@ -21,6 +21,7 @@ from drake_navbench.navigation.planner import Planner, PlanningError
 from drake_navbench.navigation.planner_settings import PLANNERS, make_planner
 from drake_navbench.navigation.smac_planner_2d import SmacPlanner2D
 from drake_navbench.navigation.smac_planner_2d_parameters import SmacPlanner2DParameters
+from drake_navbench.plugins.releases import NEWEST_RELEASE, RELEASE_FIELD
 from drake_navbench.studies.side_by_side.likeness import Likeness, likeness_of
 from drake_navbench.trial.column_controller import controller_setup
 from drake_navbench.trial.trial import DEFAULT_ROBOT
@@ -119,13 +120,18 @@ def compare_plans(port: Array | str, original: Array | str) -> PlanResult:
     return PlanResult(likeness, difference, told if likeness is Likeness.DIFFERENT else "", True)
 
 
-def port_of(plugin: str, values: Mapping[str, Any], robot: Robot) -> Planner:
-    """Returns the port of a planner; our own switches are set as Nav2 behaves."""
+def port_of(
+    plugin: str, values: Mapping[str, Any], robot: Robot, release: str = NEWEST_RELEASE
+) -> Planner:
+    """Returns the port of a planner by a release's rules; our switches are set as Nav2 behaves."""
+    model = PLANNERS.load(plugin).Parameters
+    if RELEASE_FIELD in model.model_fields:
+        values = {**values, RELEASE_FIELD: release}
     if plugin == SmacPlanner2D.nav2_plugin:
         # More expansions than any search on such maps takes, so that time is no limit.
         settings: Any = SmacPlanner2DParameters.nav2_classic(**values, expansions_per_second=1e9)
     else:
-        settings = PLANNERS.load(plugin).Parameters(**values)
+        settings = model(**values)
     footprint = None if robot.is_circle else np.ascontiguousarray(robot.padded_outline)
     inflation = robot.navigation.global_costmap.inflation_layer
     return make_planner(settings, footprint=footprint, inflation=inflation)
@@ -159,7 +165,7 @@ def request_message(
 def _compare(
     build: Build, plugin: str, values: Mapping[str, Any], robot: Robot, maps: int
 ) -> PlannerParity:
-    port = port_of(plugin, values, robot)
+    port = port_of(plugin, values, robot, build.release)
     process = ClientProcess([str(build.host)])
     results = []
     try:

@@ -69,8 +69,9 @@ class ControllerServer(LeafSystem):
     Abstract parameter `seed_parameter` holds the trial's seed.
 
     Order of a cycle as in nav2_controller's computeControl: cancel, new path, wait for a current
-    costmap, cut of the path, goal test, progress test, command. From a request to clear the costmap
-    until its next update, the costmap is not current. The first cycle runs at `offset_s`.
+    costmap, cut of the path, goal test, progress test, command; in Humble, Iron and Kilted the goal
+    is tested last. From a request to clear the costmap until its next update, the costmap is not
+    current. The first cycle runs at `offset_s`.
 
     A controller ends its task in the state ERROR if its `step` raises anything but a
     ControllerError, or returns an invalid command or diagnostics that no log can hold.
@@ -217,9 +218,11 @@ class ControllerServer(LeafSystem):
         now_s = context.get_time()
         costmap = read_object(self._costmap_port, context)
         request: ClearRequest | None = value_or_none(self._clear_port, context)
-        is_old = request is not None and costmap is not None and costmap.stamp_s <= request.time_s
-        if costmap is None or is_old or not costmap.is_current:
-            return server.waiting_for_costmap(now_s, self._settings.costmap_update_timeout)
+        if costmap is None:
+            return server.waiting_for_costmap(now_s, self._settings.longest_wait_s)
+        is_old = request is not None and costmap.stamp_s <= request.time_s
+        if (is_old or not costmap.is_current) and not self._settings.takes_old_costmaps:
+            return server.waiting_for_costmap(now_s, self._settings.longest_wait_s)
         seed = context.get_abstract_parameter(self.seed_parameter).get_value()
         step = round((now_s - self._offset_s) / self._period_s)
         if server.waiting_since_s is not None:
@@ -260,7 +263,7 @@ class ControllerServer(LeafSystem):
         goal_result = self._goal_checker.check(
             server.goal_check, pose=pose, goal=goal, twist=velocity, local_plan=local_plan
         )
-        if goal_result.reached:
+        if goal_result.reached and self._settings.tests_goal_first:
             return server.ended(TaskState.SUCCEEDED, 0, "goal reached")
         progress = self._progress_checker.check(server.progress_check, pose=pose, time_s=now_s)
         if not progress.made_progress:
@@ -287,7 +290,10 @@ class ControllerServer(LeafSystem):
         server = server._replace(
             path=path, goal_check=goal_result.state, progress_check=progress.state
         )
-        return self._compute(server, observation)
+        server = self._compute(server, observation)
+        if goal_result.reached and not server.status.state.is_final:
+            return server.ended(TaskState.SUCCEEDED, 0, "goal reached")
+        return server
 
     def _cut(
         self, path: Any, global_plan: NDArray[np.float64], pose: Any, costmap: Costmap

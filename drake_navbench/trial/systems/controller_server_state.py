@@ -92,9 +92,9 @@ class ServerState(NamedTuple):
         return ended._replace(status=replace(ended.status, task_id=task_id, traceback=text))
 
     def waiting_for_costmap(self, now_s: float, timeout_s: float) -> ServerState:
-        """Keeps the last command while the costmap is not current, up to a limit; 0: no limit."""
+        """Keeps the last command while the costmap is not current, up to a limit; 0: not at all."""
         since_s = now_s if self.waiting_since_s is None else self.waiting_since_s
-        if timeout_s > 0.0 and round(now_s - since_s, NANOSECOND_DIGITS) > timeout_s:
+        if timeout_s == 0.0 or round(now_s - since_s, NANOSECOND_DIGITS) > timeout_s:
             reason = f"no current costmap for {now_s - since_s:.2f} s"
             return self.ended(TaskState.ABORTED, CONTROLLER_TIMED_OUT, reason)
         return self._replace(waiting_since_s=since_s)
