@@ -90,11 +90,6 @@ class LeavesQuietly(Honest):
         os._exit(0)
 
 
-class LeavesLoudly(Honest):
-    def step(self, observation, memory):
-        os._exit(255)
-
-
 class ReadsNowhere(Honest):
     def step(self, observation, memory):
         ctypes.string_at(0)
@@ -195,20 +190,19 @@ class RunsOutOfMemory(Honest):
 
 EXPECTED = {
     RaisesInterrupt: "KeyboardInterrupt",
-    RaisesExit: "SystemExit: no licence",
-    RaisesGeneratorExit: "GeneratorExit: done",
-    RaisesUnheard: "Unheard",
     RaisesMuch: "ValueError: xxx",
     LeavesQuietly: "the worker process died with exit code 0",
-    LeavesLoudly: "the worker process died with exit code 255",
     ReadsNowhere: "the worker process was ended by signal 11 (Segmentation fault)",
     SleepsWithTheLock: "no result after 15 s of wall clock; ended",
     IgnoresSignals: "no result after 15 s of wall clock; ended",
     ClosesFiles: "",
-    NotesMuch: "ValueError: diagnostics: 3000012 characters of JSON, expected at most 100000",
 }
 # What their trial notices itself, in whatever process it is driven.
 NOTICED = {
+    RaisesExit: "SystemExit: no licence",
+    RaisesGeneratorExit: "GeneratorExit: done",
+    RaisesUnheard: "Unheard",
+    NotesMuch: "ValueError: diagnostics: 3000012 characters of JSON, expected at most 100000",
     ReturnsNothing: "AttributeError: ",
     ReturnsNaN: "ValueError: the controller returned the command array([nan,  0.])",
     ReturnsComplex: "ValueError: the controller returned the command array([0.2+1.j",
@@ -218,11 +212,11 @@ NOTICED = {
     ChangesWhatItSees: "ValueError: assignment destination is read-only",
     Recurses: "RecursionError: maximum recursion depth exceeded",
 }
-# Failures that a controller may have: the trial is aborted.
+# Failures that a controller may have, noticed there, too: the trial is aborted.
 ABORTED = {
     FailsWithMuch: "a a a a",
     FailsInColour: r"\x1b[31mred\x00 and [bold]loud[/]",
 }
 SPOILING = (Spoils, EndsLater)
 LEFT_OUT = {RunsOutOfMemory: "MemoryError: Unable to allocate"}
-ALL = (*EXPECTED, *ABORTED, *SPOILING, *LEFT_OUT)
+ALL = (*EXPECTED, *SPOILING, *LEFT_OUT)

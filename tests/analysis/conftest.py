@@ -27,6 +27,14 @@ def blank_svgs(monkeypatch) -> None:
 
 
 @pytest.fixture(scope="session")
+def usual(tmp_path_factory) -> Path:
+    """A folder with the report that is made unless something else is asked for."""
+    path = write_folder(tmp_path_factory.mktemp("usual") / "results", failing=("rpp:v=0.4",))
+    build_report(path, jobs=1)
+    return path
+
+
+@pytest.fixture(scope="session")
 def reported(tmp_path_factory) -> ReportResult:
     """A folder with one log cut short, one of another schema version and one that is no log."""
     path = write_folder(tmp_path_factory.mktemp("results") / "campaign", failing=("rpp:v=0.4",))

@@ -11,7 +11,7 @@ from pathlib import Path
 import pandas as pd
 import pyarrow.parquet as pq
 import pytest
-from results_folders import trial_log, write_folder
+from results_folders import trial_log
 
 from drake_navbench.analysis import content_stamps, measured_trials
 from drake_navbench.analysis.compare import compare_folders
@@ -70,19 +70,10 @@ def work(monkeypatch) -> Work:
     return done
 
 
-@pytest.fixture(scope="module")
-def first_report(tmp_path_factory) -> Path:
-    path = write_folder(tmp_path_factory.mktemp("kept") / "campaign", failing=("rpp:v=0.4",))
-    build_report(path, jobs=1)
-    return path
-
-
 @pytest.fixture
-def reported(first_report, tmp_path) -> Path:
+def reported(usual, tmp_path) -> Path:
     """A results folder of 12 trials in two scenarios, with its report."""
-    path = tmp_path / "campaign"
-    shutil.copytree(first_report, path)
-    return path
+    return Path(shutil.copytree(usual, tmp_path / "results"))
 
 
 def contents(path: Path) -> dict[str, bytes]:

@@ -69,6 +69,15 @@ def opened(browser, report):
     return browser
 
 
+@pytest.fixture
+def untouched(browser, report):
+    """The report, opened anew unless the test before has left it as it was."""
+    if not browser.evaluate("window.isUntouched === true"):
+        browser.open(report.as_uri())
+        browser.evaluate("window.isUntouched = true")
+    return browser
+
+
 def color_count(picture, box=None):
     pixels = np.asarray(Image.open(picture).convert("RGB").crop(box), dtype=np.uint32)
     return len(np.unique(pixels @ np.array([1 << 16, 1 << 8, 1], dtype=np.uint32)))
@@ -92,17 +101,17 @@ def test_it_opens_from_disk_without_errors_or_requests(opened):
     assert [url for url in opened.requests if not url.startswith(ON_DISK)] == []
 
 
-def test_nothing_moves_when_the_figures_above_are_loaded(opened):
+def test_nothing_moves_when_the_figures_above_are_loaded(untouched):
     heading = "document.getElementById('metrics').getBoundingClientRect().top + window.scrollY"
-    before = opened.evaluate(heading)
-    opened.evaluate(
+    before = untouched.evaluate(heading)
+    untouched.evaluate(
         """Promise.all(Array.from(document.querySelectorAll(".figures img")).map((image) => {
           image.loading = "eager";
           return image.decode();
         }))"""
     )
     # A figure's size is told in whole points.
-    assert opened.evaluate(heading) == pytest.approx(before, abs=5.0)
+    assert untouched.evaluate(heading) == pytest.approx(before, abs=5.0)
 
 
 SCREENS = [(1280, 900, False), (1280, 900, True), (390, 844, False), (390, 844, True)]
@@ -116,14 +125,14 @@ def as_it_was(browser):
 
 
 @pytest.mark.parametrize(("width", "height", "is_dark"), SCREENS)
-def test_it_fits_every_window_in_either_colour(opened, as_it_was, width, height, is_dark):
-    opened.resize(width, height, is_dark=is_dark)
-    picture = opened.screenshot(f"report-{width}-{'dark' if is_dark else 'light'}")
+def test_it_fits_every_window_in_either_colour(untouched, as_it_was, width, height, is_dark):
+    untouched.resize(width, height, is_dark=is_dark)
+    picture = untouched.screenshot(f"report-{width}-{'dark' if is_dark else 'light'}")
     # Nothing is wider than the window: the page is not to be scrolled sideways.
-    assert opened.evaluate("document.documentElement.scrollWidth") <= width
+    assert untouched.evaluate("document.documentElement.scrollWidth") <= width
     pixels = np.asarray(Image.open(picture).convert("L"), dtype=float)
     assert bool(np.median(pixels) < 64) is is_dark
-    small = opened.evaluate("""Array.from(document.querySelectorAll("p, li"))
+    small = untouched.evaluate("""Array.from(document.querySelectorAll("p, li"))
         .map((text) => Number.parseFloat(getComputedStyle(text).fontSize))""")
     assert min(small) >= 12
 
@@ -148,8 +157,8 @@ def test_figures_become_charts_that_can_be_touched_without_anything_moving(opene
     assert opened.errors == []
 
 
-def test_it_prints_on_a_few_pages(opened):
-    assert len(re.findall(rb"/Type\s*/Page\b", opened.printed("report"))) <= 8
+def test_it_prints_on_a_few_pages(untouched):
+    assert len(re.findall(rb"/Type\s*/Page\b", untouched.printed("report"))) <= 8
 
 
 def test_sent_alone_it_has_its_pictures_and_says_that_the_replays_are_elsewhere(
@@ -175,10 +184,10 @@ def mean_column(browser):
     return cells(browser, "row.cells[6].dataset.value")
 
 
-def test_sorted_published_metrics_keep_the_units_apart(opened):
+def test_sorted_published_metrics_keep_the_units_apart(untouched):
     """Metres once stood between seconds and percent, by the bare number."""
-    opened.evaluate("document.querySelectorAll('table[class=sortable] thead button')[2].click()")
-    units = opened.evaluate(
+    untouched.evaluate("document.querySelectorAll('table[class=sortable] thead button')[2].click()")
+    units = untouched.evaluate(
         """Array.from(document.querySelector("table[class=sortable]").tBodies[0].rows,
           (row) => row.dataset.unit)"""
     )
@@ -187,12 +196,12 @@ def test_sorted_published_metrics_keep_the_units_apart(opened):
     assert changes == len(set(units)) - 1
 
 
-def test_the_scale_of_the_distance_from_the_plan_has_three_numbers(opened):
+def test_the_scale_of_the_distance_from_the_plan_has_three_numbers(untouched):
     bars = """Bokeh.documents.flatMap((one) => one.roots()).flatMap((figure) => figure.center)
       .filter((one) => one.type === "ColorBar").map((bar) => bar.ticker.ticks)"""
-    opened.evaluate("document.querySelector('.by-error').scrollIntoView()")
-    opened.wait_for(f"{bars}.length > 0")
-    low, middle, high = opened.evaluate(bars)[0]
+    untouched.evaluate("document.querySelector('.by-error').scrollIntoView()")
+    untouched.wait_for(f"{bars}.length > 0")
+    low, middle, high = untouched.evaluate(bars)[0]
     assert low == 0.0
     assert 2.0 * middle == pytest.approx(high)
     assert high > 0.0
@@ -283,25 +292,25 @@ ROWS = (
 )
 
 
-def test_a_chip_hides_its_controller_everywhere_and_stands_in_the_address(opened, browser):
-    assert opened.evaluate(ROWS) == 4
-    opened.evaluate(f"{CHIP}.click()")
+def test_a_chip_hides_its_controller_everywhere_and_stands_in_the_address(untouched, browser):
+    assert untouched.evaluate(ROWS) == 4
+    untouched.evaluate(f"{CHIP}.click()")
     try:
-        assert opened.evaluate(ROWS) == 2
-        assert opened.evaluate(f"{CHIP}.getAttribute('aria-pressed')") == "false"
+        assert untouched.evaluate(ROWS) == 2
+        assert untouched.evaluate(f"{CHIP}.getAttribute('aria-pressed')") == "false"
         shown = "Array.from(document.querySelectorAll('.bar')).filter((b) => b.offsetParent)"
-        names = opened.evaluate(f"[...new Set({shown}.map((b) => b.dataset.controller))]")
+        names = untouched.evaluate(f"[...new Set({shown}.map((b) => b.dataset.controller))]")
         assert names == ["dwb"]
         heads = "document.querySelectorAll('#summary thead th:not(.of-hidden)').length"
-        assert opened.evaluate(heads) < opened.evaluate(heads.replace(":not(.of-hidden)", ""))
-        assert opened.evaluate("location.search") == "?hide=rpp"
+        assert untouched.evaluate(heads) < untouched.evaluate(heads.replace(":not(.of-hidden)", ""))
+        assert untouched.evaluate("location.search") == "?hide=rpp"
         # Who opens the address sees the same.
-        opened.evaluate("hiddenControllers.clear(), restoreState()")
-        assert opened.evaluate(ROWS) == 2
+        untouched.evaluate("hiddenControllers.clear(), restoreState()")
+        assert untouched.evaluate(ROWS) == 2
     finally:
-        opened.evaluate("hiddenControllers.clear(), showHidden(), keepState()")
-    assert opened.evaluate(ROWS) == 4
-    assert opened.evaluate("location.search") == ""
+        untouched.evaluate("hiddenControllers.clear(), showHidden(), keepState()")
+    assert untouched.evaluate(ROWS) == 4
+    assert untouched.evaluate("location.search") == ""
 
 
 # A figure among the charts of metrics, by its title.
@@ -328,16 +337,16 @@ def ends(browser, figure):
     return browser.evaluate(f"[{figure}.y_range.start, {figure}.y_range.end]")
 
 
-def test_axes_fit_the_controllers_that_are_shown(opened):
+def test_axes_fit_the_controllers_that_are_shown(untouched):
     """In 4 s dwb drives 2 m and rpp 1.2 m, around which the axis lies where dwb is hidden."""
-    both = ends(opened, LENGTH)
+    both = ends(untouched, LENGTH)
     assert sum(both) == pytest.approx(2.0 + 1.2)
     try:
-        opened.evaluate("document.querySelector('#columns button[data-controller=dwb]').click()")
-        opened.wait_for(f"Math.abs({LENGTH}.y_range.start + {LENGTH}.y_range.end - 2.4) < 1e-6")
+        untouched.evaluate("document.querySelector('#columns button[data-controller=dwb]').click()")
+        untouched.wait_for(f"Math.abs({LENGTH}.y_range.start + {LENGTH}.y_range.end - 2.4) < 1e-6")
     finally:
-        opened.evaluate("hiddenControllers.clear(), showHidden(), keepState()")
-    opened.wait_for(f"Math.abs({LENGTH}.y_range.end - {both[1]}) < 1e-6")
+        untouched.evaluate("hiddenControllers.clear(), showHidden(), keepState()")
+    untouched.wait_for(f"Math.abs({LENGTH}.y_range.end - {both[1]}) < 1e-6")
 
 
 def test_what_is_seen_of_a_zoomed_chart_stands_in_the_address(opened):
@@ -370,25 +379,25 @@ def test_a_click_on_a_dot_opens_the_replay(opened):
     assert SCENARIO in opened.evaluate("location.pathname")
 
 
-def test_every_table_is_had_as_csv(opened):
-    buttons = opened.evaluate("document.querySelectorAll('button.csv').length")
-    assert buttons == opened.evaluate("document.querySelectorAll('table').length") > 3
-    text = opened.evaluate("csvOf(document.getElementById('trials-table'))")
+def test_every_table_is_had_as_csv(untouched):
+    buttons = untouched.evaluate("document.querySelectorAll('button.csv').length")
+    assert buttons == untouched.evaluate("document.querySelectorAll('table').length") > 3
+    text = untouched.evaluate("csvOf(document.getElementById('trials-table'))")
     header, *rows = text.splitlines()
     assert header.startswith("scenario,controller,trial,seed,outcome,")
     assert len(rows) == 4
     assert rows[0].startswith(f"{SCENARIO},")
 
 
-def test_a_trial_without_a_replay_is_pointed_at_in_the_table(opened):
-    opened.evaluate(f"showTrial('{SCENARIO}', 'rpp', 1)")
-    told = opened.evaluate("document.querySelector('.pointed-at')?.textContent")
+def test_a_trial_without_a_replay_is_pointed_at_in_the_table(untouched):
+    untouched.evaluate(f"showTrial('{SCENARIO}', 'rpp', 1)")
+    told = untouched.evaluate("document.querySelector('.pointed-at')?.textContent")
     assert "drake-navbench replay trials/" in told
-    opened.evaluate("document.querySelector('.pointed-at')?.classList.remove('pointed-at')")
+    untouched.evaluate("document.querySelector('.pointed-at')?.classList.remove('pointed-at')")
 
 
-def test_tables_of_a_scenario_stand_behind_its_charts(opened):
-    order = opened.evaluate(
+def test_tables_of_a_scenario_stand_behind_its_charts(untouched):
+    order = untouched.evaluate(
         "document.querySelector('#scenario-1 .figures').compareDocumentPosition("
         "document.querySelector('#scenario-1 table')) & Node.DOCUMENT_POSITION_FOLLOWING"
     )

@@ -131,7 +131,9 @@ def drive_short_way(robot, presets, folder):
     return endings
 
 
-@pytest.mark.parametrize("robot", ["wheelchair", "round_robot"])
+@pytest.mark.parametrize(
+    "robot", ["wheelchair", pytest.param("round_robot", marks=pytest.mark.long)]
+)
 def test_every_preset_for_a_differential_base_drives_the_first_robots(robot, tmp_path):
     presets = [name for name in preset_files() if not asks_sideways(name)]
     endings = drive_short_way(robot, presets, tmp_path)

@@ -100,7 +100,7 @@ def test_a_value_that_is_there_already_leaves_every_byte():
     assert patched(TEXT, changes, FILE) == TEXT
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", [FILES[0], FILES[-1]], ids=lambda path: path.stem)
 def test_every_number_of_a_file_of_nav2_can_be_set_on_its_own_line(path):
     text = path.read_text()
     sections = read_parameter_file(path).sections

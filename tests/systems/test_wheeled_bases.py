@@ -72,7 +72,7 @@ class Rig:
 
 
 @pytest.mark.parametrize("name", BOTH)
-@pytest.mark.parametrize(("v", "w"), [(0.5, 0.5), (0.5, 0.25), (0.2, -0.8), (-0.3, 0.3)])
+@pytest.mark.parametrize(("v", "w"), [(0.5, 0.5), (0.2, -0.8), (-0.3, 0.3)])
 def test_a_circle_has_the_radius_that_was_commanded(name, v, w):
     x, y = driven(chair(name), [(0.0, v, w)], 12.0)[60:, :2].T
     # x^2 + y^2 = 2 a x + 2 b y + c on the circle about (a, b).
@@ -279,7 +279,6 @@ def test_a_dry_gear_makes_a_deadband():
 ALIKE = {
     "mixed": (MANOEUVRE, [0.0, 0.0]),
     "mixed, casters reversed": (MANOEUVRE, [3.0, 3.0]),
-    "mixed, casters across": (MANOEUVRE, [1.5, 1.5]),
     "slalom": ([(k, 0.4, 0.6 * (-1) ** k) for k in range(10)], [0.0, 0.0]),
     "back and forth": ([(k, 0.4 * (-1) ** (k // 2), 0.0) for k in range(10)], [0.1, 0.2]),
 }

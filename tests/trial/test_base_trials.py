@@ -125,7 +125,7 @@ def test_a_car_that_collides_is_put_back_to_the_contact():
 
 @pytest.mark.parametrize(
     ("robot", "preset"),
-    [("omni_robot", "mppi_nav2_omni"), ("omni_robot", "rpp"), ("omni_robot", "dwb_omni"),
+    [("omni_robot", "rpp"), ("omni_robot", "dwb_omni"),
      ("ackermann_robot", "mppi_nav2_ackermann")],
 )  # fmt: skip
 def test_a_robot_gets_through_a_door_with_a_controller_for_its_base(robot, preset):

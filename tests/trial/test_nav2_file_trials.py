@@ -20,10 +20,6 @@ FIRST_BEND_S = 8.0
 FIRST_BEND = load_scenario(SCENARIO).model_copy(update={"timeout_s": FIRST_BEND_S})
 
 
-def nested(parameters):
-    return parameters
-
-
 def dotted(parameters):
     result = {}
     for name, value in parameters.items():
@@ -49,7 +45,7 @@ def motion():
     return log.samples[MOTION]
 
 
-@pytest.mark.parametrize("form", [nested, dotted, mixed])
+@pytest.mark.parametrize("form", [dotted, mixed])
 def test_dwb_drives_around_bends_alike_from_a_preset_and_from_a_nav2_file(form, motion, tmp_path):
     block = {"plugin": "dwb_core::DWBLocalPlanner"} | form(dict(load_preset(PRESET).values))
     server = {"controller_plugins": ["FollowPath"], "FollowPath": block}

@@ -27,7 +27,7 @@ REPOSITORY = Path(__file__).parents[2]
 NAV2_FILES = {path.stem: path for path in (REPOSITORY / "models" / "nav2").glob("*.yaml")}
 WARD = REPOSITORY / "scenarios" / "maps" / "ward.yaml"
 # Speed that its Nav2 file asks for, m/s.
-SPEEDS = {"turtlebot3_burger": 0.22, "turtlebot3_waffle": 0.26, "jackal": 1.0, "agv": 0.8}
+SPEEDS = {"turtlebot3_burger": 0.22, "jackal": 1.0, "agv": 0.8}
 
 
 def campaign_of(robot: str) -> Campaign:

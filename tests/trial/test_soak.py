@@ -23,7 +23,9 @@ HOUR_S = 3600.0
 MEBIBYTE = 2**20
 
 
-@pytest.mark.parametrize("mode", ["follow_path", "navigate_to_pose"])
+@pytest.mark.parametrize(
+    "mode", [pytest.param("follow_path", marks=pytest.mark.long), "navigate_to_pose"]
+)
 def test_what_a_trial_has_built_is_freed_after_it(mode, monkeypatch):
     built: list[weakref.ref] = []
 

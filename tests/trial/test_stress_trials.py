@@ -234,7 +234,9 @@ def test_a_fault_of_the_wheels_stops_the_robot_for_its_time():
     assert samples[samples.time_s > 6.0].v_mps.max() > 0.3
 
 
-@pytest.mark.parametrize("mode", ["follow_path", "navigate_to_pose"])
+@pytest.mark.parametrize(
+    "mode", [pytest.param("follow_path", marks=pytest.mark.long), "navigate_to_pose"]
+)
 def test_everything_at_once_is_a_function_of_the_seed(mode):
     everything = {
         "localization": {"drift": 0.03, "fix_period_s": 0.5, "fix_lag_s": 0.1},

@@ -181,7 +181,7 @@ def test_a_detour_that_the_map_closes_is_replaced_only_by_a_short_one(half_width
     assert (found.detour is not None) is is_open
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.long)])
 def test_it_backs_out_of_a_dead_end_and_drives_around(seed):
     among = {"error_m": ERROR_M, "longest_s": 20.0}
     found = drive_among(np.array(DEAD_END), HarmonyParameters(), seed, **among)
@@ -189,6 +189,7 @@ def test_it_backs_out_of_a_dead_end_and_drives_around(seed):
     assert found.least_gap_m > 0.0
 
 
+@pytest.mark.long
 def test_a_trial_into_a_pocket_succeeds_without_a_contact():
     log = run_trial("pocket", "harmony", seed=1)
     assert log.outcome == Outcome.SUCCEEDED

@@ -153,16 +153,15 @@ def test_the_bound_of_a_later_part_of_a_plan_does_not_stop_its_first_cycle():
     assert accepted(0.6, bound=np.where(np.arange(61) < 1, 0.03, 1.0)) == 0
 
 
-# Worlds of which at least one drive with a bound of 0 ends in a contact: the last.
-TELLING_WORLDS = (0, 24, 32, 41)
-# Every eighth of sixty, with all of those.
-SOME_WORLDS = sorted({*range(0, 60, 8), *TELLING_WORLDS})
+# In the first one the drive ends 1 mm in front of a box, in the second it arrives; in the last one
+# it touches a box where the bound is 0.
+TELLING_WORLDS = (8, 32, 41)
 
 
 @pytest.mark.parametrize(
     "worlds",
     [
-        pytest.param(SOME_WORLDS, id="some"),
+        pytest.param(TELLING_WORLDS, id="some"),
         *(
             pytest.param(range(first, first + 20), id=str(first), marks=pytest.mark.long)
             for first in range(0, 200, 20)
@@ -179,32 +178,30 @@ def test_no_drive_ends_in_a_contact_while_errors_are_within_the_bound(worlds):
 
 def test_with_a_bound_of_zero_drives_do_end_in_contacts():
     no_bound = {"localization_error": 0.0, "tracking_error": 0.0, "response_error": 0.0}
-    assert any(drive(seed, **no_bound).end == "contact" for seed in reversed(TELLING_WORLDS))
+    assert drive(TELLING_WORLDS[-1], **no_bound).end == "contact"
 
 
-@pytest.mark.parametrize(("slowness", "strength"), [(0.7, 1.3), (1.3, 0.7)])
+@pytest.mark.parametrize(
+    ("slowness", "strength"), [pytest.param(0.7, 1.3, marks=pytest.mark.long), (1.3, 0.7)]
+)
 def test_a_base_that_is_wrong_by_30_percent_ends_in_no_contact_under_default_bounds(
     slowness, strength
 ):
-    found = [drive(s, slowness=slowness, strength=strength) for s in TELLING_WORLDS]
+    found = [drive(s, slowness=slowness, strength=strength) for s in TELLING_WORLDS[1:]]
     assert all(one.end != "contact" and one.least_gap_m > 0.0 for one in found)
     assert "arrived" in {one.end for one in found}
 
 
 def test_driving_many_worlds_goes_on_where_the_file_ends(tmp_path):
     path = tmp_path / "worlds.csv"
-    assert len(drive_worlds(path, 2, jobs=1, hours=1.0)) == 2
+    # Another machine drives the worlds before.
+    assert len(drive_worlds(path, 1, jobs=1, hours=1.0, first=3)) == 1
     first = path.read_text()
+    assert first.startswith("3,")
     # The time is over with the first one.
-    assert len(drive_worlds(path, 9, jobs=1, hours=0.0)) == 3
+    assert len(drive_worlds(path, 9, jobs=1, hours=0.0, first=3)) == 2
     assert path.read_text().startswith(first)
-    assert path.read_text().splitlines()[2].startswith("2,")
-
-
-def test_several_machines_share_the_worlds(tmp_path):
-    path = tmp_path / "worlds.csv"
-    drive_worlds(path, 1, jobs=1, hours=1.0, first=3)
-    assert path.read_text().startswith("3,")
+    assert path.read_text().splitlines()[1].startswith("4,")
 
 
 @pytest.mark.long

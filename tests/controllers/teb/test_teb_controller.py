@@ -58,7 +58,6 @@ def test_free_run_reaches_the_goal_at_the_speed_and_acceleration_limits():
 @pytest.mark.parametrize(
     ("plan", "boxes"),
     [
-        ([("s", 3.0)], []),
         ([("s", 1.0), ("a", 90.0, 0.6), ("s", 1.0)], []),
         ([("s", 3.4)], [(2.0, -0.2, 2.4, 0.6)]),
     ],
@@ -127,7 +126,7 @@ def test_a_single_cell_on_the_line_is_passed():
     assert record.outcome == "succeeded"
 
 
-@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("side", [1.0, pytest.param(-1.0, marks=pytest.mark.long)])
 def test_a_box_on_the_plan_is_passed_on_its_shorter_side(side):
     low, high = sorted([side * -0.2, side * 0.6])
     record = drive(make(), SHORT, [(2.0, low, 2.4, high)], duration_s=20.0, start=(0.4, 0.0, 0.0))

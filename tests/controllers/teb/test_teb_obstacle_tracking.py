@@ -62,7 +62,7 @@ def test_the_velocity_of_a_box_is_found_while_the_robot_drives(velocity):
     assert thing.cells.mean(axis=0) == pytest.approx(where, abs=0.03)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(seed=st.integers(0, 10_000))
 def test_nothing_moves_in_a_world_that_stands(seed):
     rng = np.random.default_rng(seed)

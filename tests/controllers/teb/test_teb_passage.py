@@ -99,7 +99,7 @@ def corridor_task(width_m, middle_y):
 @pytest.mark.parametrize(
     ("width_m", "middle_y"),
     # 0.18 m of room to either side, and 0.27 m where the goal lies beside the middle.
-    [(0.8, 0.0), (0.8, 0.02), (0.98, 0.02)],
+    [(0.8, 0.0), (0.98, 0.02)],
 )
 def test_a_round_robot_drives_a_narrow_corridor_to_its_goal(width_m, middle_y):
     log = run_trial(corridor_task(width_m, middle_y), "teb", seed=1, robot="round_robot")
