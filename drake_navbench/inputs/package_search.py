@@ -89,7 +89,8 @@ def find_package_files(roots: Sequence[Path]) -> PackageFiles:
         )
         return tuple(chosen)
 
-    launches = read_launch_files(files)
+    nav2 = [file for file in files if _is_nav2(file)]
+    launches = read_launch_files(files).without_overridden(nav2)
     maps = [file for file in files if _is_map(file)]
     worlds = [file for file in files if _is_gazebo_world(file)]
     robots = [file for file in files if _is_robot(file)]
@@ -111,7 +112,7 @@ def find_package_files(roots: Sequence[Path]) -> PackageFiles:
             *(is_unnamed, _more(file, words), -named),
         )
 
-    found[NAV2] = ranked(_is_nav2, nav2_rank)
+    found[NAV2] = ranked(nav2.__contains__, nav2_rank)
     found[ROBOT] = _driving_first(found[ROBOT], roots, _base_frames(found[NAV2]), launches)
     nodes = {file: _nav2_nodes(file) for file in ranked(_has_parameters, nav2_rank)}
     lacking_picture = tuple(file for file in files if _is_map(file, has_picture=False))
