@@ -51,6 +51,16 @@ def test_an_absolute_path_of_the_authors_computer_leads_to_the_file_of_the_packa
     assert shapely.Polygon(load_robot(str(path)).outline).bounds[0::2] == pytest.approx((-1.0, 1.0))
 
 
+def test_a_path_of_a_container_leads_to_the_file_of_an_unpacked_archive(tmp_path):
+    """`file:/cart/meshes/hull.stl` lies in the folder of --package, which has no `.git`."""
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "urdf").mkdir()
+    (tmp_path / "meshes/hull.stl").write_text(TRIANGLE)
+    path = urdf(tmp_path / "urdf", link(collision('<mesh filename="file:/cart/meshes/hull.stl"/>')))
+    robot = load_robot(str(path), packages=[tmp_path])
+    assert shapely.Polygon(robot.outline).bounds[0::2] == pytest.approx((-1.0, 1.0))
+
+
 def test_an_absolute_path_leads_out_of_no_repository(tmp_path):
     (tmp_path / "hull.stl").write_text(TRIANGLE)
     folder = tmp_path / "repository" / "cart"
