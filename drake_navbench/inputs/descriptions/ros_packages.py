@@ -250,6 +250,25 @@ def files_below(root: Path) -> tuple[Path, ...]:
     return tuple(found)
 
 
+def broken_links_below(root: Path) -> list[Path]:
+    """Returns the links to what is not there in a folder and those below it."""
+    found = []
+    for folder in _folders(root):
+        try:
+            found += [path for path in folder.iterdir() if path.is_symlink() and _is_broken(path)]
+        except OSError:
+            continue
+    return sorted(found)
+
+
+def _is_broken(link: Path) -> bool:
+    """Tells whether a link leads to nothing; a loop of links does."""
+    try:
+        return not link.exists()
+    except OSError:
+        return True
+
+
 def _is_file(entry: os.DirEntry[str]) -> bool:
     """Tells whether an entry is a file; a link in a loop of links is none."""
     try:
