@@ -78,12 +78,14 @@ class LaunchFiles:
         _, other, launch = max(pairs, key=lambda pair: pair[0])
         return other, launch
 
-    def without_overridden(self, files: Sequence[Path]) -> LaunchFiles:
+    def without_overridden(self, files: Sequence[Path], places: Sequence[Path]) -> LaunchFiles:
         """Returns the launch files without the defaults that nobody uses, of parameter files.
 
         files: the Nav2 files. `navigation_launch.py` has a default `params_file`; if each launch
-        file that names it passes another one, or is overridden itself, the default is not used.
+        file that names it passes another one, or is overridden itself, the default is not used. One
+        that names a map or world, of `places`, is started alone, too, and keeps its default.
         """
+        of_places = {file.name for file in places}
         passed = {
             launch: _nav2_files(launch, words, files)
             for launch, words in self.words
@@ -92,7 +94,7 @@ class LaunchFiles:
         users = {
             launch: [user for user, words in self.words if user != launch and launch.name in words]
             for launch, own in passed.items()
-            if own
+            if own and of_places.isdisjoint(dict(self.words)[launch])
         }
         unused: set[Path] = set()
         for _ in users:

@@ -90,9 +90,9 @@ def find_package_files(roots: Sequence[Path]) -> PackageFiles:
         return tuple(chosen)
 
     nav2 = [file for file in files if _is_nav2(file)]
-    launches = read_launch_files(files).without_overridden(nav2)
     maps = [file for file in files if _is_map(file)]
     worlds = [file for file in files if _is_gazebo_world(file)]
+    launches = read_launch_files(files).without_overridden(nav2, [*maps, *worlds])
     robots = [file for file in files if _is_robot(file)]
     repeated = {name for name, count in Counter(f.name for f in robots).items() if count > 1}
     launched = launches.launched([*maps, *worlds])

@@ -306,11 +306,21 @@ PASSES = "'navigation_launch.py', launch_arguments={'params_file': '%s'}"
 def test_a_default_parameter_file_that_other_launch_files_override_is_not_launched(
     repository, launched, taken
 ):
+    write_launch_files(repository, launched)
+    assert picked(repository, "nav2") == taken
+
+
+def test_a_launch_file_that_names_a_map_is_started_alone_too_and_keeps_its_default(repository):
+    write_launch_files(repository, {"sim": PASSES % "mine_nav2.yaml"}, "'yard.yaml'")
+    assert picked(repository, "nav2") == "nav2_params.yaml"
+
+
+def write_launch_files(repository, launched, more=""):
+    """Writes launch files by name, and navigation_launch.py with a default and `more`."""
     config, launch = repository / "nav" / "config", repository / "nav" / "launch"
     (config / "mine_nav2.yaml").write_text(NAV2)
     launch.mkdir()
     default = "DeclareLaunchArgument('params_file', default_value='config/nav2_params.yaml')"
-    (launch / "navigation_launch.py").write_text(default)
+    (launch / "navigation_launch.py").write_text(default + more)
     for name, text in launched.items():
         (launch / f"{name}.launch.py").write_text(text)
-    assert picked(repository, "nav2") == taken
