@@ -17,6 +17,8 @@ WORD = re.compile(r"[\w.-]+")
 # A name that is made of a beginning, a value and an end: 'robot_' + model + '.urdf'.
 # Nav2's argument for its parameter file, by which one launch file overrides another's default.
 PARAMS_FILE = "params_file"
+# Words in names of launch files that start no controller server.
+LOCALIZATION = re.compile("localization|slam|amcl")
 BEGINNING, END = re.compile(r"\w[\w.-]*[_-]$"), re.compile(r"[_.-][\w.-]*\.\w+$|\.\w+$")
 
 
@@ -82,8 +84,9 @@ class LaunchFiles:
         """Returns the launch files without the defaults that nobody uses, of parameter files.
 
         files: the Nav2 files. `navigation_launch.py` has a default `params_file`; if each launch
-        file that names it passes another one, or is overridden itself, the default is not used. One
-        that names a map or world, of `places`, is started alone, too, and keeps its default.
+        file that names it passes another one, or is overridden itself, the default is not used. Nor
+        is that of `localization_launch.py`, which starts no controller. One that names a map or
+        world, of `places`, is started alone, too, and keeps its default.
         """
         of_places = {file.name for file in places}
         passed = {
@@ -101,7 +104,7 @@ class LaunchFiles:
             unused |= {
                 launch
                 for launch, those in users.items()
-                if those
+                if (those or LOCALIZATION.search(launch.name))
                 and all(user in unused or passed.get(user, set()) - passed[launch] for user in those)
             }
         names = {file.name for file in files}

@@ -322,5 +322,7 @@ def write_launch_files(repository, launched, more=""):
     launch.mkdir()
     default = "DeclareLaunchArgument('params_file', default_value='config/nav2_params.yaml')"
     (launch / "navigation_launch.py").write_text(default + more)
+    # Nobody starts this copy, and it would start no controller.
+    (launch / "localization_launch.py").write_text(default)
     for name, text in launched.items():
         (launch / f"{name}.launch.py").write_text(text)
