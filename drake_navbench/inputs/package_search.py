@@ -96,6 +96,7 @@ def find_package_files(roots: Sequence[Path]) -> PackageFiles:
     robots = [file for file in files if _is_robot(file)]
     repeated = {name for name, count in Counter(f.name for f in robots).items() if count > 1}
     launched = launches.launched([*maps, *worlds])
+    launched_nav2 = {file for file in launches.launched(nav2) if launches.folders(file) >= 0}
     found = {
         ROBOT: ranked(robots.__contains__, lambda f: _robot_rank(f, words, launches, repeated)),
         MAP: ranked(maps.__contains__, lambda f: (is_mask(f), f not in launched)),
@@ -106,7 +107,7 @@ def find_package_files(roots: Sequence[Path]) -> PackageFiles:
     def nav2_rank(file: Path) -> tuple[object, ...]:
         named = launches.folders(file, places)
         is_separate = SEPARATE.search(file.name.lower()) is not None
-        is_unnamed = launches.folders(file) < 0
+        is_unnamed = file not in launched_nav2
         return (
             *(is_separate and is_unnamed, _lacks_nav2(file), named < 0, is_separate),
             *(is_unnamed, _more(file, words), -named),

@@ -315,6 +315,21 @@ def test_a_launch_file_that_names_a_map_is_started_alone_too_and_keeps_its_defau
     assert picked(repository, "nav2") == "nav2_params.yaml"
 
 
+def test_of_nav2_files_with_one_name_that_of_another_package_is_the_launched_one(repository):
+    other = repository / "real" / "config" / "nav2_params.yaml"
+    other.parent.mkdir(parents=True)
+    other.write_text(NAV2)
+    (repository / "real" / "real.launch.py").write_text("'real', 'config', 'nav2_params.yaml'")
+    (repository / "nav" / "config" / "mine_nav2.yaml").write_text(NAV2)
+    (repository / "nav" / "sim.launch.py").write_text("'nav', 'config', 'mine_nav2.yaml'")
+    found = find_package_files([repository]).files["nav2"]
+    assert [file.parts[-3:][::2] for file in found] == [
+        ("real", "nav2_params.yaml"),
+        ("nav", "mine_nav2.yaml"),
+        ("nav", "nav2_params.yaml"),
+    ]
+
+
 def write_launch_files(repository, launched, more=""):
     """Writes launch files by name, and navigation_launch.py with a default and `more`."""
     config, launch = repository / "nav" / "config", repository / "nav" / "launch"
