@@ -356,7 +356,9 @@ class _Table:
             fields |= self._axle(values.get("rear_axle_x_m"))
         if kind == OMNIDIRECTIONAL:
             fields |= {name: values[name] for name in LATERAL if name in values}
-        limits = [f"{name} {value:.4g}" for name, value in fields.items() if name in names + LATERAL]
+        limits = [
+            f"{name} {value:.4g}" for name, value in fields.items() if name in names + LATERAL
+        ]
         if kind == OMNIDIRECTIONAL and "max_linear_velocity_mps" in values:
             fields.setdefault(LATERAL[0], values["max_linear_velocity_mps"])
         if limits:

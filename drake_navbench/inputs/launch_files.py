@@ -105,7 +105,9 @@ class LaunchFiles:
                 launch
                 for launch, those in users.items()
                 if (those or LOCALIZATION.search(launch.name))
-                and all(user in unused or passed.get(user, set()) - passed[launch] for user in those)
+                and all(
+                    user in unused or passed.get(user, set()) - passed[launch] for user in those
+                )
             }
         names = {file.name for file in files}
         return LaunchFiles(

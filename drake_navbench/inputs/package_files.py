@@ -38,8 +38,8 @@ class PackageFiles:
 
     launches: their launch files. without_picture: map files that name a picture that is not there.
     of_move_base: parameter files of ROS 1, which are not read. nodes: of Nav2 that a parameter file
-    has, by file, the likeliest file first. unreadable: files that may be one of the robot's, and why
-    they cannot be read.
+    has, by file, the likeliest file first. unreadable: why a file that may be one of the robot's
+    cannot be read.
     """
 
     roots: tuple[Path, ...]

@@ -107,7 +107,9 @@ def test_a_mesh_that_git_lfs_keeps_elsewhere_is_told_as_such(tmp_path):
     (tmp_path / "hull.stl").write_text("version https://git-lfs.github.com/spec/v1\nsize 9\n")
     path = urdf(tmp_path, link(BOX + collision('<mesh filename="hull.stl"/>')))
     told = rows(path, Status.STAND_IN)
-    assert any("hull.stl: a pointer of Git LFS, not the file; run git lfs pull" in row for row in told)
+    assert any(
+        "hull.stl: a pointer of Git LFS, not the file; run git lfs pull" in row for row in told
+    )
 
 
 def test_a_mesh_of_too_many_triangles_is_told(tmp_path):

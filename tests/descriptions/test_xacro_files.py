@@ -132,7 +132,9 @@ def test_xacro_that_cannot_be_expanded_is_one_line(tmp_path, text, reason):
 @pytest.mark.usefixtures("real_children")
 def test_an_included_file_that_git_lfs_keeps_elsewhere_is_told_as_such(tmp_path):
     path = write_repository(tmp_path)
-    (tmp_path / "cart_description/urdf/part.xacro").write_text("version https://git-lfs.github.com/spec")
+    (tmp_path / "cart_description/urdf/part.xacro").write_text(
+        "version https://git-lfs.github.com/spec"
+    )
     path.write_text(XACRO.replace("<link", '<xacro:include filename="part.xacro"/><link', 1))
     with pytest.raises(InputError, match=r"part\.xacro: a pointer of Git LFS, not the file; run"):
         describe_robot(path)

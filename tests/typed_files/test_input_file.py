@@ -83,5 +83,7 @@ def test_a_broken_link_and_an_archive_are_told_as_such(tmp_path):
     (tmp_path / "a.yaml").symlink_to("gone.yaml")
     assert refusal(tmp_path / "a.yaml") == "a link to gone.yaml, which is not there"
     (tmp_path / "a.zip").write_bytes(b"PK\x03\x04\x9c")
-    with pytest.raises(InputError, match=r"a\.zip: is an archive; expected a file in it, unpacked$"):
+    with pytest.raises(
+        InputError, match=r"a\.zip: is an archive; expected a file in it, unpacked$"
+    ):
         read_input_text(tmp_path / "a.zip", max_bytes=100)
