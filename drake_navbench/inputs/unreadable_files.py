@@ -1,4 +1,4 @@
-"""What stands in a robot's repository, or in its place, and cannot be read, with what to do."""
+"""Files of a robot's repository that cannot be read, and roots that are no folder, with the remedy."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def require_folders(roots: Sequence[Path]) -> None:
 
 
 def _no_folder(root: Path) -> str:
-    """Returns what to do about a root that is no folder."""
+    """Returns the fault of a root that is no folder, with the remedy."""
     expected = "expected the folder of a robot's packages"
     if URL.match(str(root)):
         return f"{expected}; clone the repository and give its folder"
