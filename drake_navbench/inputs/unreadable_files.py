@@ -1,4 +1,4 @@
-"""Files of a robot's repository that cannot be read, and roots that are no folder, with the remedy."""
+"""Files of a repository that cannot be read, and roots that are no folder, with the remedy."""
 
 from __future__ import annotations
 

@@ -52,7 +52,8 @@ class RosLoader(MergesByDefinition, yaml.SafeLoader):
             for key, _ in node.value:
                 if isinstance(key, yaml.ScalarNode):
                     key.tag = f"{TAG_PREFIX}str"
-        return super().construct_mapping(node, deep)
+        # PyYAML refuses a node of another kind; its stubs take none.
+        return super().construct_mapping(node, deep)  # type: ignore[arg-type]
 
     def construct_yaml_int(self, node: yaml.ScalarNode) -> int:
         """Returns a whole number, also of an upper-case 0X."""
