@@ -54,6 +54,7 @@ LIMITS = (
     "max_linear_acceleration_mps2",
 )
 TURNING = ("max_angular_velocity_radps", "max_angular_acceleration_radps2")
+LATERAL = ("max_lateral_velocity_mps", "max_lateral_acceleration_mps2")
 # The largest distance of an axle from the base frame's origin that is rounding, m.
 AXLE_TOLERANCE_M = 0.005
 # The least distance of the wheels' middle from the base origin that is told, m.
@@ -353,9 +354,13 @@ class _Table:
         if kind == ACKERMANN:
             fields |= {name: values[name] for name in ("wheelbase_m", "min_turning_radius_m")}
             fields |= self._axle(values.get("rear_axle_x_m"))
+        if kind == OMNIDIRECTIONAL:
+            fields |= {name: values[name] for name in LATERAL if name in values}
+        limits = [
+            f"{name} {value:.4g}" for name, value in fields.items() if name in names + LATERAL
+        ]
         if kind == OMNIDIRECTIONAL and "max_linear_velocity_mps" in values:
-            fields["max_lateral_velocity_mps"] = values["max_linear_velocity_mps"]
-        limits = [f"{name} {fields[name]:.4g}" for name in names if name in fields]
+            fields.setdefault(LATERAL[0], values["max_linear_velocity_mps"])
         if limits:
             self.add(Status.USED, "limits", ", ".join(limits))
         missing = [name for name in names if name not in fields and name != LIMITS[1]]

@@ -15,6 +15,10 @@ XML_REMARKS = re.compile(r"<!--.*?-->", re.DOTALL)
 # Names of files, folders and packages, without the slashes between them.
 WORD = re.compile(r"[\w.-]+")
 # A name that is made of a beginning, a value and an end: 'robot_' + model + '.urdf'.
+# Nav2's argument for its parameter file, by which one launch file overrides another's default.
+PARAMS_FILE = "params_file"
+# Words in names of launch files that start no controller server.
+LOCALIZATION = re.compile("localization|slam|amcl")
 BEGINNING, END = re.compile(r"\w[\w.-]*[_-]$"), re.compile(r"[_.-][\w.-]*\.\w+$|\.\w+$")
 
 
@@ -76,6 +80,40 @@ class LaunchFiles:
         _, other, launch = max(pairs, key=lambda pair: pair[0])
         return other, launch
 
+    def without_overridden(self, files: Sequence[Path], places: Sequence[Path]) -> LaunchFiles:
+        """Returns the launch files without the defaults that nobody uses, of parameter files.
+
+        files: the Nav2 files. `navigation_launch.py` has a default `params_file`; if each launch
+        file that names it passes another one, or is overridden itself, the default is not used. Nor
+        is that of `localization_launch.py`, which starts no controller. One that names a map or
+        world, of `places`, is started alone, too, and keeps its default.
+        """
+        of_places = {file.name for file in places}
+        passed = {
+            launch: _nav2_files(launch, words, files)
+            for launch, words in self.words
+            if PARAMS_FILE in words
+        }
+        users = {
+            launch: [user for user, words in self.words if user != launch and launch.name in words]
+            for launch, own in passed.items()
+            if own and of_places.isdisjoint(dict(self.words)[launch])
+        }
+        unused: set[Path] = set()
+        for _ in users:
+            unused |= {
+                launch
+                for launch, those in users.items()
+                if (those or LOCALIZATION.search(launch.name))
+                and all(
+                    user in unused or passed.get(user, set()) - passed[launch] for user in those
+                )
+            }
+        names = {file.name for file in files}
+        return LaunchFiles(
+            tuple((file, words - names if file in unused else words) for file, words in self.words)
+        )
+
     def starting(self, files: Sequence[Path]) -> tuple[Path, Path] | None:
         """Returns the first file that a launch file names, and that launch file; None without."""
         pairs = ((f, launch) for f in files for launch, words in self.words if f.name in words)
@@ -102,6 +140,23 @@ def _names(words: frozenset[str], name: str) -> bool:
         for last in range(first + 2, len(name))
         if END.match(name[last:])
     )
+
+
+def _nav2_files(launch: Path, words: frozenset[str], files: Sequence[Path]) -> set[Path]:
+    """Returns the Nav2 files that a launch file names; those of other repositories by name alone.
+
+    Of several with one name it is the one of whose folders the launch file names the most, then the
+    one that lies nearest to it.
+    """
+    found: dict[str, Path] = {
+        word: Path(word) for word in words if word.endswith((".yaml", ".yml")) and "nav2" in word
+    }
+    for file in sorted(
+        (file for file in files if file.name in words),
+        key=lambda file: (len(words & {*file.parts}), len({*launch.parts} & {*file.parts})),
+    ):
+        found[file.name] = file
+    return set(found.values())
 
 
 def _words_in(file: Path) -> frozenset[str]:

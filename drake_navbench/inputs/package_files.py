@@ -38,7 +38,8 @@ class PackageFiles:
 
     launches: their launch files. without_picture: map files that name a picture that is not there.
     of_move_base: parameter files of ROS 1, which are not read. nodes: of Nav2 that a parameter file
-    has, by file, the likeliest file first.
+    has, by file, the likeliest file first. unreadable: why a file that may be one of the robot's
+    cannot be read.
     """
 
     roots: tuple[Path, ...]
@@ -47,6 +48,7 @@ class PackageFiles:
     without_picture: tuple[Path, ...] = ()
     of_move_base: tuple[Path, ...] = ()
     nodes: Mapping[Path, frozenset[str]] = field(default_factory=dict)
+    unreadable: Mapping[Path, str] = field(default_factory=dict)
 
     def chosen(self, kind: str, pick: int | None) -> Path | None:
         """Returns a kind's file by its number in the list, counted from 1; None without one.
@@ -175,6 +177,7 @@ class PackageFiles:
             raise InputError(
                 f"--package {where}: no robot that drives in .xacro, .urdf, .sdf, .world or "
                 ".model; expected one, or --robot NAME, such as jackal (`drake-navbench list`)"
+                + "".join(f"; {line}" for line in self._unreadable_told()[:1])
             )
 
     def lines(self, picked: Mapping[str, Path | None]) -> list[str]:
@@ -201,7 +204,14 @@ class PackageFiles:
             is_beyond = picked[kind] in found[MAX_LISTED:]
             if len(found) > MAX_LISTED + is_beyond:
                 told.append(f"       and {len(found) - MAX_LISTED - is_beyond} more")
-        return told
+        return told + self._unreadable_told()
+
+    def _unreadable_told(self) -> list[str]:
+        """Returns a line on each of the first files that cannot be read, and the others' number."""
+        first = [*self.unreadable.items()][:MAX_NAMED]
+        told = [f"not read: {self._short(file)}: {why}" for file, why in first]
+        more = len(self.unreadable) - len(first)
+        return told + ([f"not read: {more} more such files"] if more else [])
 
     def _halves_told(self, nav2: Path) -> list[str]:
         """Returns a line on each file that is merged with a Nav2 file, which overrides it."""
@@ -234,7 +244,7 @@ class PackageFiles:
             return ""
         named = ", ".join(str(self._short(file)) for file in files[:MAX_NAMED])
         if kind == MAP:
-            return f"; the picture that {named} names is not there"
+            return f"; the picture that {named} names is not there, or a pointer of Git LFS"
         more = f" and {len(files) - MAX_NAMED} more" if len(files) > MAX_NAMED else ""
         return f"; not read, as of ROS 1's move_base: {named}{more}"
 

@@ -33,7 +33,8 @@ from drake_navbench.inputs.package_files import (
     PackageFiles,
     is_mask,
 )
-from drake_navbench.typed_files.input_file import read_head_text
+from drake_navbench.inputs.unreadable_files import require_folders, unreadable_files
+from drake_navbench.typed_files.input_file import LFS_POINTER, read_head, read_head_text
 
 # At most so many models are read to find one that drives, and so many worlds to find one that is
 # readable; otherwise the first by name is taken.
@@ -68,9 +69,8 @@ NAV2_WORDS = {"nav2", "navigation", "navigation2", "nav", "param", "params", "pa
 
 def find_package_files(roots: Sequence[Path]) -> PackageFiles:
     """Returns the models, Nav2 files, maps and worlds below folders; raises InputError."""
-    for root in roots:
-        if not root.is_dir():
-            raise InputError(f"--package {root}: expected the folder of a robot's packages")
+    roots = tuple(dict.fromkeys(roots))
+    require_folders(roots)
     files = [file for root in roots for file in files_below(root)]
     words = {word for root in roots for word in re.split(r"[^a-z0-9]+", root.name.lower()) if word}
 
@@ -89,12 +89,14 @@ def find_package_files(roots: Sequence[Path]) -> PackageFiles:
         )
         return tuple(chosen)
 
-    launches = read_launch_files(files)
+    nav2 = [file for file in files if _is_nav2(file)]
     maps = [file for file in files if _is_map(file)]
     worlds = [file for file in files if _is_gazebo_world(file)]
+    launches = read_launch_files(files).without_overridden(nav2, [*maps, *worlds])
     robots = [file for file in files if _is_robot(file)]
     repeated = {name for name, count in Counter(f.name for f in robots).items() if count > 1}
     launched = launches.launched([*maps, *worlds])
+    launched_nav2 = {file for file in launches.launched(nav2) if launches.folders(file) >= 0}
     found = {
         ROBOT: ranked(robots.__contains__, lambda f: _robot_rank(f, words, launches, repeated)),
         MAP: ranked(maps.__contains__, lambda f: (is_mask(f), f not in launched)),
@@ -105,20 +107,21 @@ def find_package_files(roots: Sequence[Path]) -> PackageFiles:
     def nav2_rank(file: Path) -> tuple[object, ...]:
         named = launches.folders(file, places)
         is_separate = SEPARATE.search(file.name.lower()) is not None
-        is_unnamed = launches.folders(file) < 0
+        is_unnamed = file not in launched_nav2
         return (
             *(is_separate and is_unnamed, _lacks_nav2(file), named < 0, is_separate),
             *(is_unnamed, _more(file, words), -named),
         )
 
-    found[NAV2] = ranked(_is_nav2, nav2_rank)
+    found[NAV2] = ranked(nav2.__contains__, nav2_rank)
     found[ROBOT] = _driving_first(found[ROBOT], roots, _base_frames(found[NAV2]), launches)
     nodes = {file: _nav2_nodes(file) for file in ranked(_has_parameters, nav2_rank)}
     lacking_picture = tuple(file for file in files if _is_map(file, has_picture=False))
     of_move_base = tuple(file for file in files if is_of_move_base(file))
     return PackageFiles(
-        *(tuple(roots), found, launches, lacking_picture, of_move_base),
+        *(roots, found, launches, lacking_picture, of_move_base),
         nodes={file: given for file, given in nodes.items() if given},
+        unreadable=unreadable_files(roots, files),
     )
 
 
@@ -325,7 +328,10 @@ def _is_map(file: Path, *, has_picture: bool = True) -> bool:
     if named is None or "resolution" not in text or "origin" not in text:
         return False
     image = Path(named[1].strip("\"'"))
-    return has_picture == any((file.parent / name).is_file() for name in (image, image.name))
+    places = [file.parent / name for name in (image, image.name)]
+    found = next((place for place in places if place.is_file()), None)
+    is_there = found is not None and read_head(found, len(LFS_POINTER)) != LFS_POINTER
+    return has_picture == is_there
 
 
 def _is_gazebo_world(file: Path) -> bool:

@@ -13,7 +13,10 @@ from drake_navbench.errors import InputError
 MEGABYTE = 2**20
 # The first bytes of what stands in a clone for a file that Git LFS keeps elsewhere.
 LFS_POINTER = b"version https://git-lfs"
+POINTER = "a pointer of Git LFS, not the file; run git lfs pull"
 UTF_16 = (b"\xff\xfe", b"\xfe\xff")
+# The first bytes of ZIP and gzip.
+ARCHIVES = (b"PK\x03\x04", b"\x1f\x8b")
 
 
 def read_input(path: Path, *, max_bytes: int) -> bytes:
@@ -28,9 +31,7 @@ def read_input(path: Path, *, max_bytes: int) -> bytes:
                 raise InputError(f"{path}: cannot be read: expected a regular file")
             content = file.read(max_bytes + 1)
     except (OSError, ValueError) as error:
-        # A ValueError comes of a name with a NUL character.
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"{path}: cannot be read: {reason}") from error
+        raise InputError(f"{path}: {_reason(path, error)}") from error
     require_fetched(path, content)
     if len(content) > max_bytes:
         raise InputError(f"{path}: expected at most {max_bytes // MEGABYTE} MB")
@@ -40,7 +41,22 @@ def read_input(path: Path, *, max_bytes: int) -> bytes:
 def require_fetched(path: Path, content: bytes) -> None:
     """Raises InputError for a pointer to the file, as a clone without Git LFS has it."""
     if content.startswith(LFS_POINTER):
-        raise InputError(f"{path}: a pointer of Git LFS, not the file; run git lfs pull")
+        raise InputError(f"{path}: {POINTER}")
+
+
+def _reason(path: Path, error: OSError | ValueError) -> str:
+    """Returns why a file cannot be opened."""
+    if isinstance(error, IsADirectoryError):
+        return "is a folder; expected a file"
+    if isinstance(error, FileNotFoundError) and path.is_symlink():
+        return broken_link(path)
+    # A ValueError comes of a name with a NUL character.
+    return f"cannot be read: {getattr(error, 'strerror', None) or error}"
+
+
+def broken_link(path: Path) -> str:
+    """Returns a remark on a link to a file that is not there."""
+    return f"a link to {os.readlink(path)}, which is not there"
 
 
 def read_head(path: Path, count: int) -> bytes:
@@ -71,6 +87,8 @@ def read_input_text(path: Path, *, max_bytes: int) -> str:
     try:
         return content.decode()
     except UnicodeDecodeError as error:
+        if content.startswith(ARCHIVES):
+            raise InputError(f"{path}: is an archive; expected a file in it, unpacked") from error
         line = content.count(b"\n", 0, error.start) + 1
         found = "UTF-16" if content.startswith(UTF_16) else f"the byte {content[error.start]:#04x}"
         raise InputError(

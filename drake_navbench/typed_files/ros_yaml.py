@@ -45,6 +45,16 @@ class RosLoader(MergesByDefinition, yaml.SafeLoader):
     def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
         return made(partial(super().construct_object, node, deep), node)
 
+    def construct_mapping(self, node: yaml.Node, deep: bool = False) -> dict[Any, Any]:
+        """Returns a mapping; its keys are text, so that the key `y` is not true."""
+        if isinstance(node, yaml.MappingNode):
+            self.flatten_mapping(node)
+            for key, _ in node.value:
+                if isinstance(key, yaml.ScalarNode):
+                    key.tag = f"{TAG_PREFIX}str"
+        # PyYAML refuses a node of another kind; its stubs take none.
+        return super().construct_mapping(node, deep)  # type: ignore[arg-type]
+
     def construct_yaml_int(self, node: yaml.ScalarNode) -> int:
         """Returns a whole number, also of an upper-case 0X."""
         return int(super().construct_yaml_int(_lowered(node)))

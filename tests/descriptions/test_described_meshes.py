@@ -51,6 +51,16 @@ def test_an_absolute_path_of_the_authors_computer_leads_to_the_file_of_the_packa
     assert shapely.Polygon(load_robot(str(path)).outline).bounds[0::2] == pytest.approx((-1.0, 1.0))
 
 
+def test_a_path_of_a_container_leads_to_the_file_of_an_unpacked_archive(tmp_path):
+    """`file:/cart/meshes/hull.stl` lies in the folder of --package, which has no `.git`."""
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "urdf").mkdir()
+    (tmp_path / "meshes/hull.stl").write_text(TRIANGLE)
+    path = urdf(tmp_path / "urdf", link(collision('<mesh filename="file:/cart/meshes/hull.stl"/>')))
+    robot = load_robot(str(path), packages=[tmp_path])
+    assert shapely.Polygon(robot.outline).bounds[0::2] == pytest.approx((-1.0, 1.0))
+
+
 def test_an_absolute_path_leads_out_of_no_repository(tmp_path):
     (tmp_path / "hull.stl").write_text(TRIANGLE)
     folder = tmp_path / "repository" / "cart"
@@ -91,6 +101,15 @@ def test_a_collada_mesh_has_its_unit_and_as_in_gazebo_no_upright_axis_of_its_own
     robot = load_robot(str(path))
     assert shapely.Polygon(robot.outline).bounds == pytest.approx((-0.2, -0.01, 0.2, 0.5))
     assert describe_robot(path).height_m == pytest.approx(0.4)
+
+
+def test_a_mesh_that_git_lfs_keeps_elsewhere_is_told_as_such(tmp_path):
+    (tmp_path / "hull.stl").write_text("version https://git-lfs.github.com/spec/v1\nsize 9\n")
+    path = urdf(tmp_path, link(BOX + collision('<mesh filename="hull.stl"/>')))
+    told = rows(path, Status.STAND_IN)
+    assert any(
+        "hull.stl: a pointer of Git LFS, not the file; run git lfs pull" in row for row in told
+    )
 
 
 def test_a_mesh_of_too_many_triangles_is_told(tmp_path):

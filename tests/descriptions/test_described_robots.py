@@ -110,6 +110,21 @@ def test_a_controllers_file_of_mecanum_wheels_makes_an_omnidirectional_base(tmp_
     assert "drive: differential, by 2 wheels" in assumed
 
 
+def test_a_controllers_file_tells_the_sideways_limits_of_mecanum_wheels(tmp_path):
+    path = write_repository(tmp_path)
+    path.write_text(XACRO.replace("gz-sim-diff-drive-system", "x").replace("DiffDrive", "x"))
+    limits = "    linear: {{x: {{max_velocity: 0.5}}{}}}\n"
+    file = tmp_path / "my_controllers.yaml"
+    file.write_text(MECANUM + limits.format(", y: {max_velocity: 0.3, max_acceleration: 0.8}"))
+    drive = load_robot(str(path)).drive
+    assert (drive.max_lateral_velocity_mps, drive.max_lateral_acceleration_mps2) == (0.3, 0.8)
+    assert "max_lateral_velocity_mps 0.3" in describe_robot(path).check.as_text(400)
+    # Untold, it is the limit ahead.
+    file.write_text(MECANUM + limits.format(""))
+    again = load_robot(str(path), arguments={"length": "1"})
+    assert again.drive.max_lateral_velocity_mps == 0.5
+
+
 def test_an_expansion_bomb_is_refused_before_it_is_expanded(tmp_path):
     path = tmp_path / "cart.urdf"
     entities = "".join(f'<!ENTITY a{i} "{f"&a{i - 1};" * 10}">' for i in range(1, 10))

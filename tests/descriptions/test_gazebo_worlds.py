@@ -263,6 +263,12 @@ def test_a_world_that_cannot_be_read_is_one_line(tmp_path, text, reason):
     assert "\n" not in str(caught.value)
 
 
+def test_a_comment_with_dashes_in_it_is_left_out_as_gazebo_does(tmp_path):
+    plan = "<!----><!-- +--+ --- the room -->"
+    found = load(tmp_path, plan + box("b", "1 1 1", "2 0 0.5 0 0 0") + "<!--- desk --->")
+    assert regions(found).area == pytest.approx(1.0)
+
+
 def test_a_model_that_includes_itself_is_one_line(tmp_path):
     folder = tmp_path / "loop"
     folder.mkdir()

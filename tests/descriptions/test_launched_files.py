@@ -277,3 +277,67 @@ def test_a_launched_model_that_ros2_control_drives_gives_way_to_no_other(tmp_pat
     )
     (tmp_path / "a.launch.py").write_text("'urdf', 'cart.urdf'")
     assert picked(tmp_path, "robot") == "cart.urdf"
+
+
+PASSES = "'navigation_launch.py', launch_arguments={'params_file': '%s'}"
+
+
+@pytest.mark.parametrize(
+    ("launched", "taken"),
+    [
+        # Alone, the default of a copy of Nav2's launch file counts.
+        ({}, "nav2_params.yaml"),
+        ({"sim": PASSES % "mine_nav2.yaml"}, "mine_nav2.yaml"),
+        # One launch file still uses the default.
+        ({"sim": PASSES % "mine_nav2.yaml", "slam": "'navigation_launch.py'"}, "nav2_params.yaml"),
+        # The default of a launch file between them is not used either.
+        (
+            {
+                "bringup": PASSES % "nav2_params.yaml",
+                "sim": "'bringup.launch.py', 'params_file', 'mine_nav2.yaml'",
+            },
+            "mine_nav2.yaml",
+        ),
+        ({"sim": PASSES % "nav2_params.yaml"}, "nav2_params.yaml"),
+        # A Nav2 file of another repository takes the default's place, too.
+        ({"sim": PASSES % "mine_nav2.yaml", "demo": PASSES % "tb3_nav2.yaml"}, "mine_nav2.yaml"),
+    ],
+)
+def test_a_default_parameter_file_that_other_launch_files_override_is_not_launched(
+    repository, launched, taken
+):
+    write_launch_files(repository, launched)
+    assert picked(repository, "nav2") == taken
+
+
+def test_a_launch_file_that_names_a_map_is_started_alone_too_and_keeps_its_default(repository):
+    write_launch_files(repository, {"sim": PASSES % "mine_nav2.yaml"}, "'yard.yaml'")
+    assert picked(repository, "nav2") == "nav2_params.yaml"
+
+
+def test_of_nav2_files_with_one_name_that_of_another_package_is_the_launched_one(repository):
+    other = repository / "real" / "config" / "nav2_params.yaml"
+    other.parent.mkdir(parents=True)
+    other.write_text(NAV2)
+    (repository / "real" / "real.launch.py").write_text("'real', 'config', 'nav2_params.yaml'")
+    (repository / "nav" / "config" / "mine_nav2.yaml").write_text(NAV2)
+    (repository / "nav" / "sim.launch.py").write_text("'nav', 'config', 'mine_nav2.yaml'")
+    found = find_package_files([repository]).files["nav2"]
+    assert [file.parts[-3:][::2] for file in found] == [
+        ("real", "nav2_params.yaml"),
+        ("nav", "mine_nav2.yaml"),
+        ("nav", "nav2_params.yaml"),
+    ]
+
+
+def write_launch_files(repository, launched, more=""):
+    """Writes launch files by name, and navigation_launch.py with a default and `more`."""
+    config, launch = repository / "nav" / "config", repository / "nav" / "launch"
+    (config / "mine_nav2.yaml").write_text(NAV2)
+    launch.mkdir()
+    default = "DeclareLaunchArgument('params_file', default_value='config/nav2_params.yaml')"
+    (launch / "navigation_launch.py").write_text(default + more)
+    # Nobody starts this copy, and it would start no controller.
+    (launch / "localization_launch.py").write_text(default)
+    for name, text in launched.items():
+        (launch / f"{name}.launch.py").write_text(text)

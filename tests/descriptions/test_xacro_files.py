@@ -130,6 +130,23 @@ def test_xacro_that_cannot_be_expanded_is_one_line(tmp_path, text, reason):
 
 
 @pytest.mark.usefixtures("real_children")
+def test_an_included_file_that_git_lfs_keeps_elsewhere_is_told_as_such(tmp_path):
+    path = write_repository(tmp_path)
+    (tmp_path / "cart_description/urdf/part.xacro").write_text(
+        "version https://git-lfs.github.com/spec"
+    )
+    path.write_text(XACRO.replace("<link", '<xacro:include filename="part.xacro"/><link', 1))
+    with pytest.raises(InputError, match=r"part\.xacro: a pointer of Git LFS, not the file; run"):
+        describe_robot(path)
+
+
+def test_a_file_to_include_that_is_not_there_is_told_once(tmp_path):
+    path = write_repository(tmp_path)
+    path.write_text(XACRO.replace("<link", '<xacro:include filename="gone.xacro"/><link', 1))
+    with pytest.raises(InputError, match=r"expand it: No such file or directory: \S*gone\.xacro$"):
+        describe_robot(path)
+
+
 def test_a_fault_in_an_included_file_names_that_file(tmp_path):
     (tmp_path / "lidar.xacro").write_text("<robot>\n<link</robot>")
     path = tmp_path / "cart.urdf.xacro"

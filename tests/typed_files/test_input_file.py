@@ -44,13 +44,13 @@ def test_a_pipe_that_nobody_writes_is_no_file(tmp_path):
 
 
 def test_a_folder_is_no_file(tmp_path):
-    assert refusal(tmp_path).startswith("cannot be read: ")
+    assert refusal(tmp_path) == "is a folder; expected a file"
 
 
 def test_a_refused_folder_is_closed_again(tmp_path):
     """A studio that is asked for a folder again and again would run out of open files."""
     before = os.listdir("/proc/self/fd")
-    with pytest.raises(InputError, match="directory"):
+    with pytest.raises(InputError, match="is a folder"):
         read_input(tmp_path, max_bytes=10)
     assert os.listdir("/proc/self/fd") == before
 
@@ -77,3 +77,13 @@ def test_bytes_that_are_no_text_are_refused(tmp_path, content, found):
 def test_a_pointer_of_git_lfs_is_no_file(tmp_path):
     (tmp_path / "a.yaml").write_text("version https://git-lfs.github.com/spec/v1\nsize 1\n")
     assert refusal(tmp_path / "a.yaml") == "a pointer of Git LFS, not the file; run git lfs pull"
+
+
+def test_a_broken_link_and_an_archive_are_told_as_such(tmp_path):
+    (tmp_path / "a.yaml").symlink_to("gone.yaml")
+    assert refusal(tmp_path / "a.yaml") == "a link to gone.yaml, which is not there"
+    (tmp_path / "a.zip").write_bytes(b"PK\x03\x04\x9c")
+    with pytest.raises(
+        InputError, match=r"a\.zip: is an archive; expected a file in it, unpacked$"
+    ):
+        read_input_text(tmp_path / "a.zip", max_bytes=100)

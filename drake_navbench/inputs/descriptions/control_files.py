@@ -170,6 +170,8 @@ def _controller_values(parameters: Mapping[str, Any]) -> dict[str, float]:
         "max_linear_velocity_mps": "linear.x.max_velocity",
         "min_linear_velocity_mps": "linear.x.min_velocity",
         "max_linear_acceleration_mps2": "linear.x.max_acceleration",
+        "max_lateral_velocity_mps": "linear.y.max_velocity",
+        "max_lateral_acceleration_mps2": "linear.y.max_acceleration",
         "max_angular_velocity_radps": "angular.z.max_velocity",
         "max_angular_acceleration_radps2": "angular.z.max_acceleration",
         "wheelbase_m": "wheelbase",

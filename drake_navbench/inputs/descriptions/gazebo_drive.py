@@ -167,8 +167,10 @@ def _sensible(values: Mapping[str, float]) -> dict[str, float]:
     """Returns the values without bounds that bound nothing, such as 1e16 rad/s or 0."""
     most = {
         "max_linear_velocity_mps": FASTEST_MPS,
+        "max_lateral_velocity_mps": FASTEST_MPS,
         "max_angular_velocity_radps": FASTEST_RADPS,
         "max_linear_acceleration_mps2": LARGEST_MPS2,
+        "max_lateral_acceleration_mps2": LARGEST_MPS2,
         "max_angular_acceleration_radps2": LARGEST_MPS2,
     }
     kept = {

@@ -13,6 +13,7 @@ import trimesh
 from drake_navbench.errors import one_line
 from drake_navbench.inputs.descriptions.mesh_slices import cut
 from drake_navbench.kernels.arrays import Array
+from drake_navbench.typed_files.input_file import LFS_POINTER, POINTER, read_head
 
 MAX_TRIANGLES = 1_000_000
 # A replay with more triangles loads slowly.
@@ -114,6 +115,8 @@ def read_corners(path: Path, submesh: str = "", is_centred: bool = False) -> Arr
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise ValueError(f"expected a mesh in {', '.join(SUFFIXES)}")
+    if read_head(path, len(LFS_POINTER)) == LFS_POINTER:
+        raise ValueError(POINTER)
     _require_few_in_stl(path)
     options: dict[str, Any] = {"skip_materials": True} if suffix == ".obj" else {}
     scene = trimesh.load_scene(path, **options)

@@ -46,6 +46,9 @@ class Packages:
         self.is_told_folders = bool(folders)
         self._is_own = is_own
         self._roots = (*(folder.absolute() for folder in folders), self.root)
+        # A repository that was downloaded as an archive has no `.git`.
+        around = [root for root in self._roots if self._folder.is_relative_to(root)]
+        self._end = min(around, key=lambda root: len(root.parts))
         self.found: dict[str, Path] = {}
 
     def folder(self, name: str) -> Path | None:
@@ -117,13 +120,13 @@ class Packages:
         place = self._inside(start / path)
         if place is None and path.is_absolute() and path.is_relative_to(start):
             # Tools that expand xacro make a relative path absolute.
-            return self._above(path.relative_to(start), self.root)
+            return self._above(path.relative_to(start), self._end)
         if place is None and path.is_absolute():
             return self._of_another_computer(path)
         if place is not None:
             return place
         if not uri.startswith("file://"):
-            return self._above(path, self.root)
+            return self._above(path, self._end)
         # Gazebo searches such files below its resource folders, which hold models.
         places = [self._inside(root / path) for root in self._roots]
         if path.parts[:1] == ("models",) and len(path.parts) > 2:
@@ -142,7 +145,7 @@ class Packages:
             place = (
                 None if package is None else self._inside(package.joinpath(*path.parts[i + 1 :]))
             )
-            place = place or self._above(Path(*path.parts[i:]), self.root)
+            place = place or self._above(Path(*path.parts[i:]), self._end)
             if place is not None:
                 return place
         return self._inside(self._folder / path.name)
@@ -245,6 +248,25 @@ def files_below(root: Path) -> tuple[Path, ...]:
             continue
         found += [Path(entry.path) for entry in entries if _is_file(entry)]
     return tuple(found)
+
+
+def broken_links_below(root: Path) -> list[Path]:
+    """Returns the links to what is not there in a folder and those below it."""
+    found = []
+    for folder in _folders(root):
+        try:
+            found += [path for path in folder.iterdir() if path.is_symlink() and _is_broken(path)]
+        except OSError:
+            continue
+    return sorted(found)
+
+
+def _is_broken(link: Path) -> bool:
+    """Tells whether a link leads to nothing; a loop of links does."""
+    try:
+        return not link.exists()
+    except OSError:
+        return True
 
 
 def _is_file(entry: os.DirEntry[str]) -> bool:

@@ -19,11 +19,14 @@ from drake_navbench.inputs.descriptions.launched_value import FLAGS, chosen_valu
 from drake_navbench.inputs.descriptions.ros_packages import Packages
 from drake_navbench.inputs.descriptions.xacro_macro import call_of, robot_macro, with_call
 from drake_navbench.inputs.descriptions.xml_file import without_late_declaration
+from drake_navbench.typed_files.input_file import LFS_POINTER, read_head, require_fetched
 
 UNDEFINED = re.compile(r"Undefined substitution argument (\w+)")
 # The beginning of a file's place in a package.
 PACKAGE = "package://"
 UNSET = re.compile(r"environment variable '(\w+)' is not set")
+# xacro tells a missing file twice.
+TOLD_AGAIN = re.compile(r" \[Errno 2\] No such file or directory: '[^']*'$")
 # The most files of missing packages; xacro asks for one after the other.
 MAX_MISSING = 100
 LINK = re.compile(r"<link\b")
@@ -149,6 +152,8 @@ class _Missing:
         """Parses as xacro does; a path of the author's computer is the repository's file."""
         if filename is not None and os.path.isabs(filename) and not os.path.exists(filename):
             filename = str(self._packages.place(filename) or filename)
+        if filename is not None:
+            require_fetched(Path(filename), read_head(Path(filename), len(LFS_POINTER)))
         return _parse_old(inp, filename)
 
     def call(self, node: Any, macros: Any, symbols: Any) -> Any:
@@ -239,7 +244,7 @@ def _expanded(path: Path, content: str, arguments: _Arguments, missing: _Missing
         name = _missing_package(error)
         if name is not None:
             raise PackageNotFoundError(name) from error
-        said = as_line(str(error))
+        said = TOLD_AGAIN.sub("", as_line(str(error)))
         unset = UNSET.search(said)
         if unset:
             raise InputError(

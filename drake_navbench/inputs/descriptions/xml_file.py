@@ -16,6 +16,8 @@ ENTITY = re.compile(rb"<!ENTITY", re.IGNORECASE)
 PREFIXED = re.compile(rb"<(/?)([A-Za-z_][\w.-]*):([A-Za-z_])")
 PREFIXED_ATTRIBUTE = re.compile(rb"(\s)([A-Za-z_][\w.-]*):([A-Za-z_][\w.-]*\s*=\s*[\"'])")
 LATE_DECLARATION = re.compile(rb"<\?xml\s[^>]*\?>")
+# Gazebo takes a comment with `--` in it, such as a plan drawn with dashes; XML does not.
+COMMENT = re.compile(rb"<!--(.*?)-->", re.DOTALL)
 # Expat's code for content after the first element, which Gazebo ignores.
 JUNK_AFTER_ROOT = 9
 ENCODING = re.compile(rb"<\?xml[^>]*encoding\s*=\s*[\"'](?!utf-8)", re.IGNORECASE)
@@ -32,6 +34,7 @@ def read_xml(content: bytes, source: str) -> ElementTree.Element:
     if not ENCODING.search(content[:200]):
         # Names in comments of some files are not UTF-8.
         content = content.decode(errors="replace").encode()
+    content = COMMENT.sub(lambda found: b"<!--%b-->" % found[1].replace(b"-", b"="), content)
     content = PREFIXED.sub(rb"<\1\2.\3", content)
     content = PREFIXED_ATTRIBUTE.sub(rb"\1\2.\3", content)
     parser: Any = ElementTree.XMLPullParser(["start", "end"])
