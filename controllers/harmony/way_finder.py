@@ -118,9 +118,7 @@ class WayFinder:
         past = self._backed_up(past, start, field, is_backing=memory.backs_up)
         return FoundWay(past, True, detour, way.blocked_m)
 
-    def _backed_up(
-        self, way: Way, start: Array, field: DistanceField, *, is_backing: bool
-    ) -> Way:
+    def _backed_up(self, way: Way, start: Array, field: DistanceField, *, is_backing: bool) -> Way:
         """Returns the way, or one straight back if the robot has no room to turn towards it."""
         fastest, horizon = self._parameters.max_vel_x_backwards, self._parameters.horizon
         room = field, self._discs, self._clearance
