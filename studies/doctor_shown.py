@@ -63,13 +63,16 @@ from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studies.doctor.driven_on import driven_on
 from drake_navbench.studies.doctor.driving import Driver, Row, severity
 from drake_navbench.studies.doctor.files import speed_asked
+from drake_navbench.studies.doctor.first_look import seen_in
 from drake_navbench.studies.doctor.known_cases import Case, kind_in
 from drake_navbench.studies.doctor.probes import probes_for
 from drake_navbench.studies.doctor.symptoms import Symptom
-from drake_navbench.studies.doctor.visit import MILDER, WEAK, seen_in
+from drake_navbench.studies.doctor.visit import MILDER, WEAK
 
 LISTS = [HERE / "doctor_cases" / f"fresh_{name}.yaml" for name in ("two", "three", "four")]
 ANSWERS, AGAIN = HERE / "doctor_shown.json", HERE / "doctor_again.json"
+# A look is not cut short, s.
+NO_BUDGET_S = 1e6
 LEFT_OUT = {
     "G01": "servers that answer late: the computer",
     "G06": "a walking robot drops slow turns",
@@ -145,14 +148,14 @@ def _answer(case: Case, robot: str, files: Path, out: Path) -> dict[str, Any]:
 def _look_at(case: Case, robot: str, files: Path, folder: Path) -> dict[str, Any]:
     patient = patient_of(case, files, robot)
     folder.mkdir(parents=True, exist_ok=True)
-    driver = Driver(folder, robot, jobs=1, budget_s=0.0, tell=lambda line: None)
+    driver = Driver(folder, robot, jobs=1, budget_s=NO_BUDGET_S, tell=lambda line: None)
     asked = Symptom(case.symptom_class)
     columns, facts = patient.columns(), patient.facts()
     base = columns.setup.robot
     probes = probes_for(base, speed_asked(facts, base), seed=0)
 
     def drive(own: dict[str, Scenario]) -> list[Row]:
-        return driver.drive(patient.chosen(columns), list(own.values()), 1, seed=0, must=True)
+        return driver.drive(patient.chosen(columns), list(own.values()), 1, seed=0)
 
     rows = drive(probes)
     if asked is Symptom.FALSE_ABORT and asked not in seen_in(rows):

@@ -28,10 +28,22 @@ MOST_NAMED = 3
 
 def verdict(visit: Visit) -> str:
     """Returns the verdict of a visit in a few sentences, the last on what the user proposed."""
-    told = [_verdict(visit)]
+    told = [_verdict(visit), *_look_cut_short(visit)]
     if visit.of_asked and visit.asked not in visit.rare:
         told.append(_first_to_try(visit, visit.of_asked, f"for {visit.asked} "))
     return " ".join([*told, *(_proposal_told(visit, trial) for trial in visit.proposed)])
+
+
+def _look_cut_short(visit: Visit) -> list[str]:
+    """Returns a sentence on what the first look left out, if it left out anything."""
+    look = visit.look
+    if not look.lacking or not visit.rows:
+        return []
+    names = f" (not driven: {', '.join(visit.undriven)})" if visit.undriven else ""
+    return [
+        f"The first look had time for {look.planned - look.lacking} of {look.planned} trials"
+        f"{names}; the same command goes on with the others."
+    ]
 
 
 def _proposal_told(visit: Visit, trial: Trial) -> str:
@@ -92,7 +104,8 @@ def _nothing_seen(visit: Visit) -> str:
     if _is_unfinished(visit):
         return "The visit ended before the probes were driven; the rules' findings stand below."
     if visit.asked is None and not visit.told:
-        return "Nothing to improve: no probe shows a symptom."
+        found = "No symptom so far" if visit.look.lacking else "Nothing to improve"
+        return f"{found}: no probe shows a symptom."
     if visit.asked is None:
         return (
             "No cause found: no probe shows a symptom with this file and robot. Your words may "
@@ -128,10 +141,10 @@ def _is_unfinished(visit: Visit) -> bool:
 
 
 def _probes(visit: Visit, symptom: Symptom) -> str:
-    names = visit.seen[symptom]
+    names, driven = visit.seen[symptom], len(visit.probes) - len(visit.undriven)
     about = [visit.probes[name].description for name in names[:MOST_NAMED]]
     more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
-    return f"{len(names)} of {len(visit.probes)} probes ({'; '.join(about)}{more})"
+    return f"{len(names)} of {driven} probes ({'; '.join(about)}{more})"
 
 
 def _cured(cure: Judged) -> str:
@@ -150,7 +163,18 @@ def _cured(cure: Judged) -> str:
         f"The change: {change_told(cure.trial)}. On fresh seeds, which the search did not use, "
         f"{cure.before_target} of {cure.target_trials} trials showed it before and "
         f"{cure.after_target} after; {_others(cure)} in the {cure.compared} trials "
-        f"of all probes that did not end early before.{touched}{instead}"
+        f"of {'the' if cure.undriven else 'all'} probes that did not end early before."
+        f"{touched}{instead}{_judgement_cut_short(cure)}"
+    )
+
+
+def _judgement_cut_short(cure: Judged) -> str:
+    if not cure.lacking:
+        return ""
+    names = f"; not driven with the change: {', '.join(cure.undriven)}" * bool(cure.undriven)
+    return (
+        f" There was no time for {cure.lacking} further trials of this judgement{names}. The same "
+        "command goes on with them."
     )
 
 
@@ -230,8 +254,10 @@ def _others(cure: Judged) -> str:
 
 def _why_not(visit: Visit) -> str:
     if not visit.judged:
-        return " within the time" if _is_unfinished(visit) else ""
+        return " within the time; the same command goes on" if _is_unfinished(visit) else ""
     first = visit.judged[0]
+    if first.lacking:
+        return " within the time; the same command goes on"
     if first.is_rare:
         shown = f"{first.before_target} of {first.target_trials}"
         return (
