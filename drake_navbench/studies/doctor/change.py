@@ -147,51 +147,74 @@ def judge(
     enough = [e for e in shown if e.after <= 0.5 * bar] or shown
     # Stable: the likelier cause stays first.
     enough.sort(key=lambda e: (len(e.trial.changes) if e.trial else 0, not e.takes_all))
-    own = [probes[name] for name in showing]
+    own = {name: probes[name] for name in showing}
     others = nearest_first(probes, (symptom, Symptom.COLLISION))
-    rest = [probes[name] for name in others if name not in showing]
-    fresh = seed + FRESH_SEED
+    rest = {name: probes[name] for name in others if name not in own}
     judged: list[Judged] = []
     for entry in enough[:MOST_JUDGED]:
-        assert entry.trial is not None
         best = best_of(judged)
         if best is not None and not best.worse:
             is_best = best.left <= CHANCE
             if is_best or not entry.takes_all or driver.left_s <= 0.0:
                 return
-        count = trials_to_judge(len(own), len(probes))
-        driver.tell(
-            f"judging {entry.trial.told} on fresh seeds: up to {count} trials, "
-            f"{driver.told_time(count)}"
-        )
+        assert entry.trial is not None
         both = patient.before_and_after(entry.trial.changes)
-        asked = FRESH_SEEDS
-        rows = _whole_seeds(driver, both, own, asked, seed=fresh)
-        if sum(shows(row, symptom, bar) for row in rows[0]) < LEAST_SHOWN and driver.left_s > 0.0:
-            driver.tell(
-                f"the symptom is rare: {MORE_FRESH_SEEDS - FRESH_SEEDS} more fresh seeds of the "
-                "probes that showed it"
-            )
-            asked = MORE_FRESH_SEEDS
-            rows = _whole_seeds(driver, both, own, asked, seed=fresh)
-        if not rows[0]:
+        found = _judgement(entry, both, own, rest, driver, symptom=symptom, seed=seed, bar=bar)
+        if found is None:
             return
-        found = _judged(entry, entry.trial, rows, rows, symptom, showing, bar)
-        found = replace(found, lacking=asked * len(own) - len(rows[0]))
-        # A change that leaves the symptom does not help, whatever the other probes show.
-        if found.is_gone:
-            further = driver.drive_nearest(both, rest, FRESH_SEEDS, seed=seed)
-            everything = [these + more for these, more in zip(rows, further, strict=True)]
-            driven = {probe_of(row) for row in further[0]}
-            lacking = found.lacking + FRESH_SEEDS * len(rest) - len(further[0])
-            undriven = tuple(name for name in others if name not in (*showing, *driven))
-            found = _judged(entry, entry.trial, everything, rows, symptom, showing, bar)
-            found = replace(found, lacking=lacking, undriven=undriven)
         judged.append(found)
         yield found
         if found.is_rare:
             # No change can be judged if the symptom hardly shows on fresh seeds.
             return
+
+
+def _judgement(
+    entry: Tried,
+    both: Sequence[Preset],
+    own: Mapping[str, Scenario],
+    rest: Mapping[str, Scenario],
+    driver: Driver,
+    *,
+    symptom: Symptom,
+    seed: int,
+    bar: float,
+) -> Judged | None:
+    """Drives a change, and the file as it is where it was not driven; None without time for it.
+
+    both: the columns before and after. own, rest: the probes that showed the symptom, the others.
+    """
+    assert entry.trial is not None
+    count = trials_to_judge(len(own), len(own) + len(rest))
+    driver.tell(
+        f"judging {entry.trial.told} on fresh seeds: up to {count} trials, "
+        f"{driver.told_time(count)}"
+    )
+    seeds, fresh = FRESH_SEEDS, seed + FRESH_SEED
+    rows = _whole_seeds(driver, both, list(own.values()), seeds, seed=fresh)
+    if sum(shows(row, symptom, bar) for row in rows[0]) < LEAST_SHOWN and driver.left_s > 0.0:
+        driver.tell(
+            f"the symptom is rare: {MORE_FRESH_SEEDS - FRESH_SEEDS} more fresh seeds of the "
+            "probes that showed it"
+        )
+        seeds = MORE_FRESH_SEEDS
+        rows = _whole_seeds(driver, both, list(own.values()), seeds, seed=fresh)
+    if not rows[0]:
+        return None
+    found = _judged(entry, entry.trial, rows, rows, symptom, tuple(own), bar)
+    found = replace(found, lacking=seeds * len(own) - len(rows[0]))
+    # A change that leaves the symptom does not help, whatever the other probes show.
+    if not found.is_gone:
+        return found
+    further = driver.drive_nearest(both, list(rest.values()), FRESH_SEEDS, seed=seed)
+    everything = [these + more for these, more in zip(rows, further, strict=True)]
+    whole = _judged(entry, entry.trial, everything, rows, symptom, tuple(own), bar)
+    driven = {probe_of(row) for row in further[0]}
+    return replace(
+        whole,
+        lacking=found.lacking + FRESH_SEEDS * len(rest) - len(further[0]),
+        undriven=tuple(name for name in rest if name not in driven),
+    )
 
 
 def trials_to_judge(own: int, probes: int) -> int:
