@@ -52,7 +52,7 @@ def first_look(
     if lacking:
         driver.tell(f"  {lacking} of {planned} trials are left out: half of the budget is used up")
     unsure = unsure_of(rows)
-    if unsure:
+    if unsure and driver.left_s > 0.0:
         driver.tell(f"driving {', '.join(unsure)} twice more: one of two trials shows a symptom")
         again = [probes[name] for name in unsure]
         (more,) = driver.drive_nearest([preset], again, CONFIRMING_SEEDS, seed=seed)

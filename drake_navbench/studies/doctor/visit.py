@@ -81,10 +81,10 @@ class Visit:
     classes of the user's words, where no symptom was asked for. treated: the symptom whose causes
     were tried; None if none was seen. rare: symptoms that are too rare to try causes; if all are,
     the first is called treated. bar: severity from which on a trial counts as showing it; below 1
-    the sign is weak. suspicions: of the treated symptom. of_asked: of the one that was asked for,
-    where another is treated. alike: the complaints that the user is asked about. around: the user's
-    map, base and computer. proposed: the user's own changes, tried before all. seed: of the first
-    look, of which `look` tells how much was driven.
+    the sign is weak. suspicions: of the treated symptom. of_complaint: of the one that was asked
+    for, or that the words tell and no probe shows. alike: the complaints that the user is asked
+    about. around: the user's map, base and computer. proposed: the user's own changes, tried before
+    all. seed: of the first look, of which `look` tells how much was driven.
     """
 
     facts: Facts
@@ -97,7 +97,7 @@ class Visit:
     rare: dict[Symptom, Rarity] = field(default_factory=dict)
     bar: float = 1.0
     suspicions: list[Suspicion] = field(default_factory=list)
-    of_asked: list[Suspicion] = field(default_factory=list)
+    of_complaint: list[Suspicion] = field(default_factory=list)
     alike: list[Alike] = field(default_factory=list)
     tried: list[Tried] = field(default_factory=list)
     judged: list[Judged] = field(default_factory=list)
@@ -108,6 +108,11 @@ class Visit:
     look: Look = field(default_factory=lambda: Look([]))
     is_out_of_time: bool = False
     is_interrupted: bool = False
+
+    @property
+    def complaint(self) -> Symptom | None:
+        """The symptom that was asked for, else the likeliest class of the user's words."""
+        return self.asked or next(iter(self.told), None)
 
     @property
     def undriven(self) -> list[str]:
@@ -207,15 +212,15 @@ def _treat(found: Visit, patient: Patient, told: Told, driver: Driver, *, seed: 
         milder = MILDER.get(found.asked)
         if milder is not None and found.asked not in found.seen:
             _see(found, milder, 0.5, WEAK)
-    elif found.told and not found.seen:
+    elif found.told and found.seen.keys().isdisjoint(found.told):
         _suspect(found, found.told[0], told)
+    found.of_complaint = found.suspicions
     for symptom in _to_treat(found):
         found.treated = symptom
         showing = _most_severe(found, symptom)
         weak = "a weak sign of " if found.bar < 1.0 else ""
         driver.tell(f"{weak}{symptom} is seen in {', '.join(showing)}")
-        if symptom is not found.asked:
-            found.of_asked = found.suspicions
+        if symptom is not found.complaint or not found.suspicions:
             _suspect(found, symptom, told)
         judging = trials_to_judge(len(showing), len(found.probes)) + REPLAY_TRIALS
         with driver.keeping(min(judging * driver.trial_s, MOST_KEPT_SHARE * driver.left_s)):
@@ -234,9 +239,13 @@ def _treat(found: Visit, patient: Patient, told: Told, driver: Driver, *, seed: 
 
 
 def _suspect(found: Visit, symptom: Symptom, told: Told) -> None:
-    """Notes the suspicions of a symptom, and the complaints that the user is asked about."""
+    """Notes the suspicions of a symptom, and the complaints that the user is asked about.
+
+    If another symptom than the complaint is treated, the question stays about the complaint.
+    """
     found.suspicions = suspicions_of(found.facts, symptom, told)
-    found.alike = asked_about(found.facts, symptom, told, found.suspicions)
+    if not found.of_complaint:
+        found.alike = asked_about(found.facts, symptom, told, found.suspicions)
 
 
 def _see(found: Visit, symptom: Symptom, share: float, bar: float) -> None:

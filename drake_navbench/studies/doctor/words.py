@@ -29,8 +29,13 @@ MOST_NAMED = 3
 def verdict(visit: Visit) -> str:
     """Returns the verdict of a visit in a few sentences, the last on what the user proposed."""
     told = [_verdict(visit), *_look_cut_short(visit)]
-    if visit.of_asked and visit.asked not in visit.rare:
-        told.append(_first_to_try(visit, visit.of_asked, f"for {visit.asked} "))
+    complaint = visit.complaint
+    if (
+        visit.of_complaint
+        and visit.treated not in (None, complaint)
+        and complaint not in visit.rare
+    ):
+        told.append(_first_to_try(visit, visit.of_complaint, f"for {complaint} "))
     return " ".join([*told, *(_proposal_told(visit, trial) for trial in visit.proposed)])
 
 
@@ -40,10 +45,9 @@ def _look_cut_short(visit: Visit) -> list[str]:
     if not look.lacking or not visit.rows:
         return []
     names = f" (not driven: {', '.join(visit.undriven)})" if visit.undriven else ""
-    return [
-        f"The first look had time for {look.planned - look.lacking} of {look.planned} trials"
-        f"{names}; the same command goes on with the others."
-    ]
+    on = "" if is_unfinished(visit) else "; the same command goes on with the others"
+    count = look.planned - look.lacking
+    return [f"The first look had time for {count} of {look.planned} trials{names}{on}."]
 
 
 def _proposal_told(visit: Visit, trial: Trial) -> str:
@@ -72,10 +76,10 @@ def _verdict(visit: Visit) -> str:
     if visit.shown:
         best = visit.shown[0]
         return (
-            f"{what} In the experiment {_cause_told(best)} reduces this, but the doctor found no "
+            f"{what} In the experiment {cause_told(best)} reduces this, but the doctor found no "
             f"change that makes nothing else worse{_why_not(visit)}.{_likeliest(visit)}"
         )
-    if _is_unfinished(visit) and not any(entry.pairs for entry in visit.tried):
+    if is_unfinished(visit) and not any(entry.pairs for entry in visit.tried):
         why = "was interrupted" if visit.is_interrupted else "had no time left (--budget)"
         return (
             f"{what} The visit {why} before a cause was tried; the same command goes on. "
@@ -87,12 +91,12 @@ def _verdict(visit: Visit) -> str:
         pairs = f"{cut_off.pairs} pair{'s' * (cut_off.pairs != 1)}"
         return (
             f"{what} No cause is shown yet: there was no time for more pairs. With "
-            f"{_cause_told(cut_off)} its severity (shown above 1) falls {fall} in {pairs}, too few "
+            f"{cause_told(cut_off)} its severity (shown above 1) falls {fall} in {pairs}, too few "
             "to show it; the same command goes on from there."
         )
     outside = [e.suspicion.cause.told for e in visit.tried if e.verdict is Verdict.OUTSIDE]
     could = f" Also possible: {outside[0]}." if outside else ""
-    ended = " There was no time to try more." if _is_unfinished(visit) else ""
+    ended = " There was no time to try more." if is_unfinished(visit) else ""
     undriven = _not_drivable(visit)
     return (
         f"{what} No cause found: no change that was tried removes the symptom."
@@ -101,7 +105,7 @@ def _verdict(visit: Visit) -> str:
 
 
 def _nothing_seen(visit: Visit) -> str:
-    if _is_unfinished(visit):
+    if is_unfinished(visit):
         return "The visit ended before the probes were driven; the rules' findings stand below."
     if visit.asked is None and not visit.told:
         found = "No symptom so far" if visit.look.lacking else "Nothing to improve"
@@ -129,14 +133,14 @@ def _cut_off(visit: Visit) -> Tried | None:
 
     A change that others outdid, or without effect, is none of these.
     """
-    if not _is_unfinished(visit):
+    if not is_unfinished(visit):
         return None
     able = [e for e in visit.tried if e.trial and e.reason in ("", NO_TIME) and not e.touches]
     helping = [e for e in able if e.fall >= LEAST_FALL]
     return max(helping, key=lambda e: e.fall, default=None)
 
 
-def _is_unfinished(visit: Visit) -> bool:
+def is_unfinished(visit: Visit) -> bool:
     return visit.is_out_of_time or visit.is_interrupted
 
 
@@ -223,9 +227,9 @@ def _likeliest(visit: Visit) -> str:
     told = f" The likeliest cause is {places}, by reading: {why}."
     if not rivals:
         return told
-    others = " or ".join(_cause_told(entry) for entry in rivals)
+    others = " or ".join(cause_told(entry) for entry in rivals)
     return (
-        f"{told} By driving it cannot be told from others: with {_cause_told(first)} the symptom "
+        f"{told} By driving it cannot be told from others: with {cause_told(first)} the symptom "
         f"goes, and with {others} as well."
     )
 
@@ -238,7 +242,7 @@ def _not_drivable(visit: Visit) -> str:
     first = max(refused, key=lambda e: e.suspicion.score, default=None)
     if first is None or [first.suspicion.score] <= shown:
         return ""
-    return f" Could not be driven, though likely by reading: {_cause_told(first)} ({first.reason})."
+    return f" Could not be driven, though likely by reading: {cause_told(first)} ({first.reason})."
 
 
 def _others(cure: Judged) -> str:
@@ -254,7 +258,7 @@ def _others(cure: Judged) -> str:
 
 def _why_not(visit: Visit) -> str:
     if not visit.judged:
-        return " within the time; the same command goes on" if _is_unfinished(visit) else ""
+        return " within the time; the same command goes on" if is_unfinished(visit) else ""
     first = visit.judged[0]
     if first.lacking:
         return " within the time; the same command goes on"
@@ -273,7 +277,7 @@ def _why_not(visit: Visit) -> str:
     )
 
 
-def _cause_told(entry: Tried) -> str:
+def cause_told(entry: Tried) -> str:
     return change_told(entry.trial) if entry.trial is not None else entry.suspicion.cause.told
 
 

@@ -227,6 +227,7 @@ def test_a_symptom_that_is_too_rare_for_the_search_gives_way_to_the_next(patient
         "at most 48 pairs are driven; here they need about 312 pairs."
     )
     assert told in verdict(found)
+    assert "try for" not in verdict(found)
     assert found.cure.after_target == 0
 
 
