@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from drake_navbench.studies.doctor.causes import with_short_outlines
 from drake_navbench.studies.doctor.cures import told_with_step
 from drake_navbench.studies.doctor.far_values import FAR
 from drake_navbench.studies.doctor.told import told_cures
@@ -17,7 +18,8 @@ def next_step(visit: Visit) -> str:
         return "Next: give the same command again; it goes on where the time ended."
     proven = [f for f in visit.findings if not f.rule.name.startswith(FAR)]
     if proven:
-        return f"Next: mend what the file itself shows: {told_cures(proven[0], visit.facts)}."
+        told = with_short_outlines(told_cures(proven[0], visit.facts))
+        return f"Next: mend what the file itself shows: {told}."
     if visit.shown:
         return f"Next: weigh the price of {cause_told(visit.shown[0])}; the table has it."
     if visit.of_complaint or visit.suspicions:
