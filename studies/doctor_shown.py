@@ -40,9 +40,9 @@ complaints were not driven, for want of time.
 - *Again*, committed before the first of these looks: all cases of this study and of
   `doctor_visits.py` whose controller is RPP or DWB (a shim before it, too), RPP's first, each once
   and with one seed a probe, by the program of that day. No detector, threshold or probe is changed
-  afterwards because of them. The first answers stay (`doctor_shown.json`, `doctor_visits.json`: each
-  by the detectors of its day); the page gives both. What is counted: shown,
-  weakly or no, then and now, of the same cases. The end of the time ends it; cases that were not
+  afterwards because of them. The first answers stay (`doctor_shown.json`, `doctor_visits.json`:
+  each by the detectors of its day); the page gives both. What is counted: shown, weakly or no,
+  then and now, of the same cases. The end of the time ends it; cases that were not
   reached are named. Added, still before the first of these looks: MPPI's, which were to be left out
   because their trials take five to ten times as long, come last, as far as the time goes. *Chance*
   is counted as above: a file shows a class of which it does not complain.

@@ -273,8 +273,8 @@ def _visit(
         around=_surroundings(patient, arguments, report),
         proposed=proposed,
     )
-    told = [verdict(found), *filter(None, [next_step(found)])]
-    print_text("\n".join(["", *(line for part in told for line in wrapped(part, rest="")), ""]))
+    ended = [verdict(found), *filter(None, [next_step(found)])]
+    print_text("\n".join(["", *(line for part in ended for line in wrapped(part, rest="")), ""]))
     for path in write_outputs(found, patient, arguments.out, driver):
         print_text(f"{path}\n")
     if found.is_interrupted:

@@ -34,7 +34,7 @@ def write_replays(patient: Patient, visit: Visit, driver: Driver, folder: Path) 
         todo[REPLAY] = partial(_before_and_after, patient, visit, visit.cure, driver)
     for symptom in seen:
         todo[name_of(symptom)] = partial(_clearest, patient, visit, symptom, driver)
-    written = []
+    written: list[Path] = []
     for name, logs_of in todo.items():
         if driver.left_s <= 0.0:
             driver.tell(f"  no time for {len(todo) - len(written)}: the same command goes on")

@@ -125,7 +125,7 @@ def _nothing_seen(visit: Visit) -> str:
 
 def _first_to_try(visit: Visit, suspicions: Sequence[Suspicion], where: str = "") -> str:
     told = [told_with_step(s.cause, visit.facts) for s in suspicions[:MOST_NAMED]]
-    told = map(with_short_outlines, told)
+    told = [with_short_outlines(instruction) for instruction in told]
     return f"By the rules and by users' reports, try {where}first: {'; '.join(told)}."
 
 
