@@ -40,9 +40,12 @@ complaints were not driven, for want of time.
 - *Again*, committed before the first of these looks: all cases of this study and of
   `doctor_visits.py` whose controller is RPP or DWB (a shim before it, too), RPP's first, each once
   and with one seed a probe, by the program of that day. No detector, threshold or probe is changed
-  afterwards because of them. The first answers stay; the page gives both. What is counted: shown,
-  weakly or no, then and now, of the same cases. MPPI's are left out, since their trials take five
-  to ten times as long. The end of the time ends it; cases that were not reached are named.
+  afterwards because of them. The first answers stay (`doctor_shown.json`, `doctor_visits.json`:
+  each by the detectors of its day); the page gives both. What is counted: shown, weakly or no,
+  then and now, of the same cases. The end of the time ends it; cases that were not
+  reached are named. Added, still before the first of these looks: MPPI's, which were to be left out
+  because their trials take five to ten times as long, come last, as far as the time goes. *Chance*
+  is counted as above: a file shows a class of which it does not complain.
 """
 
 from __future__ import annotations
@@ -61,13 +64,16 @@ from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studies.doctor.driven_on import driven_on
 from drake_navbench.studies.doctor.driving import Driver, Row, severity
 from drake_navbench.studies.doctor.files import speed_asked
+from drake_navbench.studies.doctor.first_look import seen_in
 from drake_navbench.studies.doctor.known_cases import Case, kind_in
 from drake_navbench.studies.doctor.probes import probes_for
 from drake_navbench.studies.doctor.symptoms import Symptom
-from drake_navbench.studies.doctor.visit import MILDER, WEAK, seen_in
+from drake_navbench.studies.doctor.visit import MILDER, WEAK
 
 LISTS = [HERE / "doctor_cases" / f"fresh_{name}.yaml" for name in ("two", "three", "four")]
 ANSWERS, AGAIN = HERE / "doctor_shown.json", HERE / "doctor_again.json"
+# A look is not cut short, s.
+NO_BUDGET_S = 1e6
 LEFT_OUT = {
     "G01": "servers that answer late: the computer",
     "G06": "a walking robot drops slow turns",
@@ -89,8 +95,17 @@ LEFT_OUT = {
 
 def in_order(files: Path) -> list[tuple[Case, str]]:
     """Returns the cases with their robots, in the order in which they are looked at."""
+    return _cheap_first(drivable_cases(LISTS, LEFT_OUT, files))
+
+
+def _drivable(files: Path) -> list[tuple[Case, str]]:
+    """Returns the cases of both studies that can be driven, with their robots, cheap ones first."""
+    lists = doctor_visits.LISTS + LISTS
+    return _cheap_first(drivable_cases(lists, LEFT_OUT | doctor_visits.LEFT_OUT, files))
+
+
+def _cheap_first(cases: list[tuple[Case, str]]) -> list[tuple[Case, str]]:
     cheap = ("rpp", "dwb", "mppi")
-    cases = drivable_cases(LISTS, LEFT_OUT, files)
     return sorted(cases, key=lambda entry: cheap.index(kind_in(entry[0].controller)))
 
 
@@ -104,15 +119,11 @@ def look(files: Path, out: Path) -> None:
 
 
 def again(files: Path, out: Path) -> None:
-    """Looks once more at the cases with RPP and DWB that were looked at or visited."""
+    """Looks once more at the cases that were looked at or visited."""
     then = _read(doctor_visits.DRIVEN) | _read(ANSWERS)
-    cheap = ("rpp", "dwb")
-    cases = [
-        (case, robot)
-        for case, robot in in_order(files) + doctor_visits.in_order(files)
-        if case.id in then and kind_in(case.controller) in cheap
-    ]
-    for case, robot in sorted(cases, key=lambda entry: cheap.index(kind_in(entry[0].controller))):
+    cases = [entry for entry in _drivable(files) if entry[0].id in then]
+    print(f"{len(cases)} cases: {' '.join(case.id for case, _ in cases)}", flush=True)
+    for case, robot in cases:
         if case.id not in _read(AGAIN):
             entry = _answer(case, robot, files, out)
             _keep(AGAIN, case.id, {"then": _shown_then(then[case.id])} | entry)
@@ -138,14 +149,14 @@ def _answer(case: Case, robot: str, files: Path, out: Path) -> dict[str, Any]:
 def _look_at(case: Case, robot: str, files: Path, folder: Path) -> dict[str, Any]:
     patient = patient_of(case, files, robot)
     folder.mkdir(parents=True, exist_ok=True)
-    driver = Driver(folder, robot, jobs=1, budget_s=0.0, tell=lambda line: None)
+    driver = Driver(folder, robot, jobs=1, budget_s=NO_BUDGET_S, tell=lambda line: None)
     asked = Symptom(case.symptom_class)
     columns, facts = patient.columns(), patient.facts()
     base = columns.setup.robot
     probes = probes_for(base, speed_asked(facts, base), seed=0)
 
     def drive(own: dict[str, Scenario]) -> list[Row]:
-        return driver.drive(patient.chosen(columns), list(own.values()), 1, seed=0, must=True)
+        return driver.drive(patient.chosen(columns), list(own.values()), 1, seed=0)
 
     rows = drive(probes)
     if asked is Symptom.FALSE_ABORT and asked not in seen_in(rows):
@@ -174,28 +185,33 @@ def _keep(path: Path, key: str, entry: Any) -> None:
 
 
 def table() -> None:
-    """Prints the answers, those that are shown first, and what chance is."""
-    done = _read(ANSWERS)
+    """Prints the answers of both looks, those that are shown first, and what chance is."""
+    print("First looks, by the detectors of their day\n")
+    _print_answers(_read(ANSWERS))
+    print("\nAll complaints, by the detectors of the second look\n")
+    _print_answers(_read(AGAIN))
+
+
+def _print_answers(done: dict[str, Any]) -> None:
     looked = {key: e for key, e in done.items() if "shown" in e}
     for key in done.keys() - looked.keys():
         print(f"{key} is not counted: {done[key]['crash']}")
     rank = ("yes", "weakly", "no")
-    print("| case | complaint, robot | shown | share of threshold | other files that show it |")
-    print("|---|---|---|---|---|")
+    print("| case | complaint, robot | then | shown | share of threshold | others that show it |")
+    print("|---|---|---|---|---|---|")
+    pairs = 0
+    by_chance = 0
     for key, entry in sorted(looked.items(), key=lambda item: rank.index(item[1]["shown"])):
-        others = [e for other, e in looked.items() if e["symptom"] != entry["symptom"]]
+        others = [e for e in looked.values() if e["symptom"] != entry["symptom"]]
         count = sum(entry["symptom"] in e["all"] for e in others)
+        pairs, by_chance = pairs + len(others), by_chance + count
         what = f"{entry['symptom']}, {entry['controller']}, {entry['robot']}"
-        share = f"{entry['most']:.0%}"
-        print(f"| {key} | {what} | {entry['shown']} | {share} | {count} of {len(others)} |")
-    print("\n| case | complaint, robot | then | now | share of threshold now |")
-    print("|---|---|---|---|---|")
-    for key, entry in _read(AGAIN).items():
-        if "crash" in entry:
-            print(f"| {key} | {entry['symptom']}, {entry['robot']} | {entry['crash']} |")
-            continue
-        what = f"{entry['symptom']}, {entry['controller']}, {entry['robot']}"
-        print(f"| {key} | {what} | {entry['then']} | {entry['shown']} | {entry['most']:.0%} |")
+        cells = [key, what, entry.get("then", ""), entry["shown"], f"{entry['most']:.0%}"]
+        print(f"| {' | '.join(cells)} | {count} of {len(others)} |")
+    for answer in rank:
+        ids = [key for key, e in looked.items() if e["shown"] == answer]
+        print(f"\n{answer}: {len(ids)} of {len(looked)}: {' '.join(ids)}")
+    print(f"\nAnother complaint's file shows the class: {by_chance} of {pairs}")
 
 
 def main() -> None:

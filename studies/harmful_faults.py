@@ -232,9 +232,10 @@ from planted_faults_driven import patient_and_driver, visited_by
 from drake_navbench.errors import InputError
 from drake_navbench.studies.doctor.driving import Row, shows
 from drake_navbench.studies.doctor.files import speed_asked
+from drake_navbench.studies.doctor.first_look import FIRST_SEEDS, seen_in
 from drake_navbench.studies.doctor.probes import probes_for
 from drake_navbench.studies.doctor.symptoms import Symptom
-from drake_navbench.studies.doctor.visit import BY_WEIGHT, FIRST_SEEDS, seen_in
+from drake_navbench.studies.doctor.visit import BY_WEIGHT
 
 
 def census(seed: int, out: Path) -> None:
@@ -375,7 +376,7 @@ def _rows_of(
         batches.setdefault((speed_mps, robot.radii), []).append(index)
     for indices in batches.values():
         own_columns = [columns[index] for index in indices]
-        rows = driver.drive_together(own_columns, probes[indices[0]], seeds, seed=0, must=True)
+        rows = driver.drive_together(own_columns, probes[indices[0]], seeds, seed=0)
         found |= dict(zip(indices, rows, strict=True))
     return [found[index] for index in range(len(files))]
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from planted_faults import HERE, Fault, candidates, spoilt_value
 
-from drake_navbench.studies.doctor.visit import FIRST_SEEDS
+from drake_navbench.studies.doctor.first_look import FIRST_SEEDS
 
 DRIVEN = HERE / "harmful_faults.json"
 SEEDS = (2030, 2031, 2032, 2033, 2034, 2035, 2036, 2037, 2038)

@@ -117,7 +117,7 @@ def _add_visit(parser: argparse.ArgumentParser) -> None:
     option("--out DIR", "folder for page, patch and journal", Path)
     option(
         "--budget TIME",
-        "longest time for the experiments, such as 10m or 300s (10m)",
+        "time after which the visit ends and answers, such as 10m or 300s (10m)",
         _duration,
         600.0,
     )

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from drake_navbench.analysis.replay.pages import write_race_replay
@@ -20,19 +21,26 @@ MOST_SHOWN = 5
 
 
 def write_replays(patient: Patient, visit: Visit, driver: Driver, folder: Path) -> list[Path]:
-    """Writes a replay of each symptom that the probes show, and of the change; returns the paths.
+    """Writes a replay of the change, and of each symptom that the probes show; returns the paths.
 
-    The trials are driven again, since a visit keeps no logs.
+    The trials are driven again, since a visit keeps no logs. The treated symptom comes first, and
+    none is written after the end of the budget.
     """
     driver.tell("driving the clearest trials again, for the replays")
-    written = []
-    for symptom in [s for s in BY_WEIGHT if s in visit.seen][:MOST_SHOWN]:
-        path = folder / name_of(symptom)
-        _write(path, [_clearest(patient, visit, symptom, driver)])
-        written.append(path)
+    seen = [s for s in BY_WEIGHT if s in visit.seen][:MOST_SHOWN]
+    seen.sort(key=lambda symptom: symptom is not visit.treated)
+    todo: dict[str, Callable[[], list[TrialLog]]] = {}
     if visit.cure is not None:
-        path = folder / REPLAY
-        _write(path, _before_and_after(patient, visit, visit.cure, driver))
+        todo[REPLAY] = partial(_before_and_after, patient, visit, visit.cure, driver)
+    for symptom in seen:
+        todo[name_of(symptom)] = partial(_clearest, patient, visit, symptom, driver)
+    written: list[Path] = []
+    for name, logs_of in todo.items():
+        if driver.left_s <= 0.0:
+            driver.tell(f"  no time for {len(todo) - len(written)}: the same command goes on")
+            break
+        path = folder / name
+        _write(path, logs_of())
         written.append(path)
     return written
 
@@ -42,14 +50,14 @@ def name_of(symptom: Symptom) -> str:
     return f"seen_{symptom}.html"
 
 
-def _clearest(patient: Patient, visit: Visit, symptom: Symptom, driver: Driver) -> TrialLog:
-    """Returns the log of the unchanged file's trial in which a symptom is most severe."""
+def _clearest(patient: Patient, visit: Visit, symptom: Symptom, driver: Driver) -> list[TrialLog]:
+    """Returns one log: of the unchanged file's trial in which a symptom is most severe."""
     own = [row for row in visit.rows if probe_of(row) in visit.seen[symptom]]
     best = max(own, key=lambda row: severity(row, symptom))
     index = [row for row in visit.rows if probe_of(row) == probe_of(best)].index(best)
     preset = patient.chosen(patient.columns())
     probes = [visit.probes[probe_of(best)]]
-    return driver.log(preset, probes, index + 1, seed=visit.seed, index=index)
+    return [driver.log(preset, probes, index + 1, seed=visit.seed, index=index)]
 
 
 def _before_and_after(

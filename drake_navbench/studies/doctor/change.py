@@ -2,14 +2,16 @@
 
 It is judged once on all probes. Probes that the search has driven get fresh seeds. The other probes
 keep the first look's seeds: the unchanged file was driven there before any change was chosen, and
-the changed file has not been driven there.
+the changed file has not been driven there. Where the budget ends it, the judgement rests on the
+trials so far, and tells how many it lacks.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.driving import (
@@ -17,10 +19,12 @@ from drake_navbench.studies.doctor.driving import (
     Driver,
     Row,
     has_failed,
+    probe_of,
     severity,
     shows,
 )
 from drake_navbench.studies.doctor.files import Patient
+from drake_navbench.studies.doctor.probes import nearest_first
 from drake_navbench.studies.doctor.race import CUTS_SHORT
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.tried import Tried, Verdict
@@ -47,7 +51,8 @@ class Judged:
     the probes that showed it, `showing`. instead: by symptom, in how many of the trials that are
     not compared it is shown now. best: index of the trial of these probes in which the symptom
     falls most. symptom: the one that the change is for. fails: whether the program failed in a
-    trial with the change, but not without.
+    trial with the change, but not without. lacking: the trials for which there was no time.
+    undriven: the probes without a trial for want of time.
     """
 
     tried: Tried
@@ -64,6 +69,8 @@ class Judged:
     best: int = 0
     symptom: Symptom | None = None
     fails: bool = False
+    lacking: int = 0
+    undriven: tuple[str, ...] = ()
 
     @property
     def worse(self) -> list[str]:
@@ -107,9 +114,10 @@ def best_of(judged: Sequence[Judged]) -> Judged | None:
     """Returns the helping change that brings the fewest other symptoms; None if no change helps.
 
     Of several the one that leaves the fewest symptoms; a difference that may be chance is none, and
-    then the likelier cause stays first.
+    then the likelier cause stays first. What lacks trials may seem to leave fewer, and comes last.
     """
     helping = [entry for entry in judged if entry.helps]
+    helping = [entry for entry in helping if not entry.lacking] or helping
     fewest = min((len(entry.worse) for entry in helping), default=0)
     able = [entry for entry in helping if len(entry.worse) == fewest]
     left = min((entry.left for entry in able), default=0)
@@ -131,49 +139,99 @@ def judge(
 
     Of several changes that take the symptom away, all are judged while the budget lasts: one may
     only make up for the cause and leave its other symptoms. No further change is judged once one
-    leaves other symptoms in at most one trial. The smallest sets come first. seed: of the visit.
-    bar: the severity above which a trial shows the symptom.
+    leaves other symptoms in at most one trial. The smallest sets come first. Where the budget does
+    not suffice for one seed of the probes that showed the symptom, nothing is judged. seed: of the
+    visit. bar: the severity above which a trial shows the symptom.
     """
     shown = [e for e in tried if e.verdict is Verdict.SHOWN and e.trial is not None]
     enough = [e for e in shown if e.after <= 0.5 * bar] or shown
     # Stable: the likelier cause stays first.
     enough.sort(key=lambda e: (len(e.trial.changes) if e.trial else 0, not e.takes_all))
-    own = [probes[name] for name in showing]
-    rest = [probe for name, probe in probes.items() if name not in showing]
-    fresh = seed + FRESH_SEED
+    own = {name: probes[name] for name in showing}
+    others = nearest_first(probes, (symptom, Symptom.COLLISION))
+    rest = {name: probes[name] for name in others if name not in own}
     judged: list[Judged] = []
     for entry in enough[:MOST_JUDGED]:
-        assert entry.trial is not None
         best = best_of(judged)
         if best is not None and not best.worse:
             is_best = best.left <= CHANCE
             if is_best or not entry.takes_all or driver.left_s <= 0.0:
                 return
-        # The first look has driven the unchanged file on the other probes.
-        count = (2 * len(own) + len(rest)) * FRESH_SEEDS
-        driver.tell(
-            f"judging {entry.trial.told} on fresh seeds: up to {count} trials, "
-            f"{driver.told_time(count)}"
-        )
+        assert entry.trial is not None
         both = patient.before_and_after(entry.trial.changes)
-        rows = driver.drive_together(both, own, FRESH_SEEDS, seed=fresh, must=True)
-        if sum(shows(row, symptom, bar) for row in rows[0]) < LEAST_SHOWN:
-            driver.tell(
-                f"the symptom is rare: {MORE_FRESH_SEEDS - FRESH_SEEDS} more fresh seeds of the "
-                "probes that showed it"
-            )
-            rows = driver.drive_together(both, own, MORE_FRESH_SEEDS, seed=fresh, must=True)
-        found = _judged(entry, entry.trial, rows, rows, symptom, showing, bar)
-        # A change that leaves the symptom does not help, whatever the other probes show.
-        if found.is_gone:
-            further = driver.drive_together(both, rest, FRESH_SEEDS, seed=seed, must=True)
-            everything = [these + more for these, more in zip(rows, further, strict=True)]
-            found = _judged(entry, entry.trial, everything, rows, symptom, showing, bar)
+        found = _judgement(entry, both, own, rest, driver, symptom=symptom, seed=seed, bar=bar)
+        if found is None:
+            return
         judged.append(found)
         yield found
         if found.is_rare:
             # No change can be judged if the symptom hardly shows on fresh seeds.
             return
+
+
+def _judgement(
+    entry: Tried,
+    both: Sequence[Preset],
+    own: Mapping[str, Scenario],
+    rest: Mapping[str, Scenario],
+    driver: Driver,
+    *,
+    symptom: Symptom,
+    seed: int,
+    bar: float,
+) -> Judged | None:
+    """Drives a change, and the file as it is where it was not driven; None without time for it.
+
+    both: the columns before and after. own, rest: the probes that showed the symptom, the others.
+    """
+    assert entry.trial is not None
+    count = trials_to_judge(len(own), len(own) + len(rest))
+    driver.tell(
+        f"judging {entry.trial.told} on fresh seeds: up to {count} trials, "
+        f"{driver.told_time(count)}"
+    )
+    seeds, fresh = FRESH_SEEDS, seed + FRESH_SEED
+    rows = _whole_seeds(driver, both, list(own.values()), seeds, seed=fresh)
+    if sum(shows(row, symptom, bar) for row in rows[0]) < LEAST_SHOWN and driver.left_s > 0.0:
+        driver.tell(
+            f"the symptom is rare: {MORE_FRESH_SEEDS - FRESH_SEEDS} more fresh seeds of the "
+            "probes that showed it"
+        )
+        seeds = MORE_FRESH_SEEDS
+        rows = _whole_seeds(driver, both, list(own.values()), seeds, seed=fresh)
+    if not rows[0]:
+        return None
+    found = _judged(entry, entry.trial, rows, rows, symptom, tuple(own), bar)
+    found = replace(found, lacking=seeds * len(own) - len(rows[0]))
+    # A change that leaves the symptom does not help, whatever the other probes show.
+    if not found.is_gone:
+        return found
+    further = driver.drive_nearest(both, list(rest.values()), FRESH_SEEDS, seed=seed)
+    everything = [these + more for these, more in zip(rows, further, strict=True)]
+    whole = _judged(entry, entry.trial, everything, rows, symptom, tuple(own), bar)
+    driven = {probe_of(row) for row in further[0]}
+    return replace(
+        whole,
+        lacking=found.lacking + FRESH_SEEDS * len(rest) - len(further[0]),
+        undriven=tuple(name for name in rest if name not in driven),
+    )
+
+
+def trials_to_judge(own: int, probes: int) -> int:
+    """Returns the trials of a judgement, if the symptom is not rare.
+
+    own: the probes that showed it. On the others the first look has driven the unchanged file.
+    """
+    return (2 * own + probes - own) * FRESH_SEEDS
+
+
+def _whole_seeds(
+    driver: Driver, both: Sequence[Preset], own: Sequence[Scenario], seeds: int, *, seed: int
+) -> list[list[Row]]:
+    """Returns the rows before and after of those seeds for which all probes could be driven."""
+    rows = driver.drive_nearest(both, own, seeds, seed=seed)
+    count = len(rows[0]) // len(own) * len(own)
+    return [these[:count] for these in rows]
 
 
 def _comparable(old: Sequence[Row], symptom: Symptom, treated: Symptom) -> list[int]:

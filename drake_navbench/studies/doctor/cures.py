@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from drake_navbench.nav2.controllers import SERVER
 from drake_navbench.nav2.nav2_setup import Nav2Setup
-from drake_navbench.nav2.node_names import BT_NAVIGATOR, PLANNER_SERVER
 from drake_navbench.nav2.patch import Place
-from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.causes import (
     COPIES,
     UNITS,
@@ -19,6 +17,7 @@ from drake_navbench.studies.doctor.causes import (
     with_short_outlines,
 )
 from drake_navbench.studies.doctor.facts import ALIASES, CONTROLLER, COSTMAPS, Facts
+from drake_navbench.studies.doctor.file_places import OF_SOURCES, file_places
 from drake_navbench.studies.doctor.in_effect import is_in_effect
 from drake_navbench.studies.doctor.suspects import ranges
 from drake_navbench.studies.doctor.usual import unusual_value
@@ -39,25 +38,6 @@ FORWARD, BACKWARD, BACK = (
 )
 # From this ratio on, a value counts as different from Nav2's.
 OTHER = 1.3
-LAYERS = {
-    "inflation_radius": "InflationLayer",
-    "cost_scaling_factor": "InflationLayer",
-    "inflate_unknown": "InflationLayer",
-}
-# The parameters of an obstacle layer's sources.
-OF_SOURCES = frozenset(
-    {
-        "clearing",
-        "inf_is_valid",
-        "marking",
-        "max_obstacle_height",
-        "min_obstacle_height",
-        "observation_persistence",
-        "obstacle_max_range",
-        "obstacle_min_range",
-        "raytrace_max_range",
-    }
-)
 # The flags with which MPPI checks the outline.
 LOOK_AT_OUTLINE = frozenset(
     f"{CONTROLLER}.{critic}.consider_footprint" for critic in ("CostCritic", "ObstaclesCritic")
@@ -68,7 +48,6 @@ SIDES = {"width": "height", "height": "width"}
 OUTLINES = {
     f"local_costmap.{name}": f"global_costmap.{name}" for name in ("footprint", "robot_radius")
 }
-OWN_NODES = {"planner": PLANNER_SERVER, "behavior_tree": BT_NAVIGATOR}
 
 
 class Trial(NamedTuple):
@@ -204,67 +183,6 @@ def _inflation_for_the_outline(facts: Facts, setup: Nav2Setup) -> dict[Place, An
     if facts.number(place) >= reach_m:
         return {}
     return dict.fromkeys(file_places(place, facts, setup), round(reach_m + CELL_M, 2))
-
-
-def file_places(place: str, facts: Facts, setup: Nav2Setup) -> Iterator[Place]:
-    """Yields the places of a parameter in the file, whether it is there or must be added."""
-    first, _, name = place.partition(".")
-    nodes = {**COSTMAPS, **OWN_NODES}
-    if first == CONTROLLER:
-        yield Place(SERVER, f"{facts.plugin}.{_own_name(name, facts, setup)}")
-    elif first in ("goal_checker", "progress_checker"):
-        listed = facts[f"{SERVER}.{first}_plugins"] or facts[f"{SERVER}.{first}_plugin"]
-        names = listed if isinstance(listed, list) else [listed or first]
-        yield Place(SERVER, f"{names[0]}.{name}")
-    elif first in COSTMAPS:
-        yield from _layer_places(COSTMAPS[first], name, setup)
-    elif first == "planner":
-        plugins = facts["planner.planner_plugins"] or ["GridBased"]
-        yield Place(PLANNER_SERVER, f"{plugins[0]}.{name}")
-    elif first == "collision_monitor":
-        yield Place(first, name.removeprefix("polygons."))
-    else:
-        yield Place(nodes.get(first, first), name)
-
-
-def _own_name(name: str, facts: Facts, setup: Nav2Setup) -> str:
-    """Returns the name that the file has for a controller's parameter: newer, older or nested."""
-    given = {parameter for node, parameter in setup.given if node.endswith(SERVER)}
-    choices = [f"primary_controller.{name}", name]
-    if name == "max_linear_vel":
-        choices.insert(0, "desired_linear_vel")
-    is_older = facts.release is not Release.LYRICAL
-    usual = choices[0] if name == "max_linear_vel" and is_older else name
-    return next((choice for choice in choices if f"{facts.plugin}.{choice}" in given), usual)
-
-
-def _layer_places(node: str, name: str, setup: Nav2Setup) -> Iterator[Place]:
-    given = {p: v for (owner, p), v in setup.given.items() if owner.endswith(node)}
-    listed = (*given.get("plugins", ()), *given.get("filters", ()))
-    found = [
-        parameter
-        for parameter in given
-        if parameter.rpartition(".")[2] == name
-        and ("." not in parameter or parameter.partition(".")[0] in listed)
-    ]
-    if found:
-        yield from (Place(node, parameter) for parameter in found)
-        return
-    if name in OF_SOURCES:
-        sources = (
-            p.removesuffix(".topic") for p in given if p.endswith(".topic") and p.count(".") > 1
-        )
-        own = [source for source in sources if source.partition(".")[0] in listed]
-        yield from (Place(node, f"{source}.{name}") for source in own)
-        return
-    kind = LAYERS.get(name)
-    layers = [
-        layer for layer in listed if kind and str(given.get(f"{layer}.plugin", "")).endswith(kind)
-    ]
-    if layers:
-        yield Place(node, f"{layers[0]}.{name}")
-    elif kind is None:
-        yield Place(node, name)
 
 
 def _value(cause: Cause, place: str, value: Any, facts: Facts, step: int) -> Any:

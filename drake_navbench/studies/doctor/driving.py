@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from itertools import takewhile
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -36,14 +39,22 @@ class OutOfTime(Exception):
 class Driver:
     """Drives columns through probes; each trial is driven once and kept in the journal.
 
-    budget_s: from the start of this process on. tell: is given a line of progress.
+    budget_s: from now on; the trial that ends after it is the last. tell: is given a line of
+    progress. clock: returns the time, s.
     """
 
     def __init__(
-        self, folder: Path, robot: str, *, jobs: int, budget_s: float, tell: Callable[[str], None]
+        self,
+        folder: Path,
+        robot: str,
+        *,
+        jobs: int,
+        budget_s: float,
+        tell: Callable[[str], None],
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._path, self._robot, self._jobs, self.tell = folder / JOURNAL, robot, jobs, tell
-        self._began_s, self._budget_s = time.monotonic(), budget_s
+        self._clock, self._began_s, self.budget_s, self._kept_s = clock, clock(), budget_s, 0.0
         self._rows = _read(self._path)
         self.driven, self._driving_s = 0, 0.0
         # By column, probes, trials and seed. The column is held, so that its id stays its own.
@@ -51,8 +62,20 @@ class Driver:
 
     @property
     def left_s(self) -> float:
-        """The rest of the budget, s."""
-        return self._budget_s - (time.monotonic() - self._began_s)
+        """The rest of the budget, without what is kept for later, s."""
+        return self._rest_s() - self._kept_s
+
+    @contextmanager
+    def keeping(self, time_s: float) -> Iterator[None]:
+        """Keeps so much of the budget for what comes after the block, s."""
+        kept_s, self._kept_s = self._kept_s, time_s
+        try:
+            yield
+        finally:
+            self._kept_s = kept_s
+
+    def _rest_s(self) -> float:
+        return self.budget_s - (self._clock() - self._began_s)
 
     @property
     def trial_s(self) -> float:
@@ -61,7 +84,7 @@ class Driver:
 
     def told_time(self, trials: int) -> str:
         """Returns the expected time of trials and the rest of the budget, in words."""
-        left_s = max(round(self.left_s), 0)
+        left_s = max(round(self._rest_s()), 0)
         expected_s = max(round(trials * self.trial_s), 1)
         return f"about {expected_s} s; left {left_s // 60}:{left_s % 60:02d} of the budget"
 
@@ -70,60 +93,73 @@ class Driver:
         self._planned(preset, probes, 1, seed)
 
     def drive(
-        self,
-        preset: Preset,
-        probes: Sequence[Scenario],
-        trials: int,
-        *,
-        seed: int,
-        must: bool = False,
+        self, preset: Preset, probes: Sequence[Scenario], trials: int, *, seed: int
     ) -> list[Row]:
         """Returns one row for each trial: every probe with `trials` seeds, in a fixed order.
 
-        must: whether to drive without regard to the budget, for the judgement. Raises OutOfTime if
-        the budget does not suffice.
+        Raises OutOfTime if the budget does not suffice.
         """
-        found = self.drive_together([preset], probes, trials, seed=seed, must=must)
+        found = self.drive_together([preset], probes, trials, seed=seed)
         if not found:
             raise OutOfTime
         return found[0]
 
     def drive_together(
-        self,
-        presets: Sequence[Preset],
-        probes: Sequence[Scenario],
-        trials: int,
-        *,
-        seed: int,
-        must: bool = False,
+        self, presets: Sequence[Preset], probes: Sequence[Scenario], trials: int, *, seed: int
     ) -> list[list[Row]]:
         """Returns the rows of several columns, driven in one batch, so that all workers are busy.
 
         Where the budget does not suffice for all of them, those of the first columns.
         """
         planned = [self._planned(preset, probes, trials, seed) for preset in presets]
-        allowed: dict[str, TrialSpec] = {}
-        count = 0
-        for specs in planned:
-            missing = {s.identity: s for s in specs if s.identity not in self._rows}
-            if not must and missing and self.left_s < len(allowed | missing) * self.trial_s:
-                break
-            allowed |= missing
-            count += 1
-        if allowed:
-            self._drive_all(list(allowed.values()))
-        return [[self._rows[spec.identity] for spec in specs] for specs in planned[:count]]
+        self._drive_missing([spec for specs in planned for spec in specs])
+        whole = takewhile(lambda specs: all(map(self._is_driven, specs)), planned)
+        return [[self._rows[spec.identity] for spec in specs] for specs in whole]
+
+    def drive_nearest(
+        self, presets: Sequence[Preset], probes: Sequence[Scenario], trials: int, *, seed: int
+    ) -> list[list[Row]]:
+        """Returns the rows of several columns, of the trials for which the budget suffices.
+
+        The first seed of each probe comes first, the probes in their order; then the second. Each
+        column has the rows of the same trials, in the order of `drive`.
+        """
+        planned = [self._planned(preset, probes, trials, seed) for preset in presets]
+        places = {probe.name: place for place, probe in enumerate(probes)}
+        # By trial: the specs of all columns, and their place in a row of `drive`.
+        cells = sorted(
+            enumerate(zip(*planned, strict=True)),
+            key=lambda cell: (cell[1][0].trial, places[cell[1][0].scenario.name]),
+        )
+        self._drive_missing([spec for _, specs in cells for spec in specs])
+        whole = takewhile(lambda cell: all(map(self._is_driven, cell[1])), cells)
+        driven = [specs for _, specs in sorted(whole, key=itemgetter(0))]
+        return [
+            [self._rows[specs[column].identity] for specs in driven]
+            for column in range(len(presets))
+        ]
+
+    def _is_driven(self, spec: TrialSpec) -> bool:
+        return spec.identity in self._rows
+
+    def _drive_missing(self, specs: Sequence[TrialSpec]) -> None:
+        """Drives trials that are in no journal, in their order, as far as the budget goes."""
+        missing = list({s.identity: s for s in specs if not self._is_driven(s)}.values())
+        if missing and self.left_s > 0.0:
+            self._drive_all(missing)
 
     def _drive_all(self, specs: Sequence[TrialSpec]) -> None:
-        """Drives trials that are in no journal, and tells how far they are."""
-        began_s = told_s = time.monotonic()
+        """Drives trials until the budget is used up, and tells how far they are."""
+        began_s = told_s = self._clock()
         done = 0
 
         def on_row(spec: TrialSpec, row: Row) -> None:
             nonlocal told_s, done
             self._keep(spec, row)
             done += 1
-            now_s = time.monotonic()
+            if self.left_s <= 0.0:
+                raise OutOfTime
+            now_s = self._clock()
             if now_s - told_s >= TELL_EVERY_S and done < len(specs):
                 told_s = now_s
                 rest_s = max(round((now_s - began_s) / done * (len(specs) - done)), 1)
@@ -131,9 +167,10 @@ class Driver:
                 more = f": about {rest_s} s more" if done >= ENOUGH_TO_TELL else ""
                 self.tell(f"  {done} of {len(specs)} trials driven{more}")
 
-        drive_each(specs, doctor_row, jobs=self._jobs, on_row=on_row)
-        self._driving_s += time.monotonic() - began_s
-        self.driven += len(specs)
+        with suppress(OutOfTime):
+            drive_each(specs, doctor_row, jobs=self._jobs, on_row=on_row)
+        self._driving_s += self._clock() - began_s
+        self.driven += done
 
     def log(
         self, preset: Preset, probes: Sequence[Scenario], trials: int, *, seed: int, index: int

@@ -20,8 +20,8 @@ from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.alike import Told
 from drake_navbench.studies.doctor.causes import OUTSIDE, RELEASE, Cause, Direction
 from drake_navbench.studies.doctor.complaints import symptoms_called
-from drake_navbench.studies.doctor.cures import OF_SOURCES
 from drake_navbench.studies.doctor.facts import CONTROLLER, Facts, kinds_of
+from drake_navbench.studies.doctor.file_places import OF_SOURCES
 from drake_navbench.studies.doctor.left_out import readable_setup
 from drake_navbench.studies.doctor.partial_files import (
     OTHER_NAMES,

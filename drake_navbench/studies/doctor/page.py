@@ -12,6 +12,7 @@ from drake_navbench.studies.doctor.before_after import REPLAY, name_of, write_re
 from drake_navbench.studies.doctor.change import Judged
 from drake_navbench.studies.doctor.driving import Driver
 from drake_navbench.studies.doctor.files import Patient, told_files
+from drake_navbench.studies.doctor.next_step import next_step
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
 from drake_navbench.studies.doctor.told import (
     QUESTION,
@@ -34,6 +35,7 @@ STYLE = (
     "table{border-collapse:collapse;width:100%}td,th{text-align:left;padding:.3rem .6rem;"
     "border-bottom:1px solid #ddd;vertical-align:top}td.n,th.n{text-align:right}"
     "code,pre{font:14px/1.4 ui-monospace,monospace;overflow-wrap:anywhere}"
+    "td.name{white-space:nowrap}"
     "iframe{width:100%;height:34rem;border:1px solid #ddd}"
     "pre{background:#f6f6f6;padding:.8rem;white-space:pre-wrap}small{color:#555}"
     "pre del,pre ins{text-decoration:none}del{background:#fbe3e3}ins{background:#dff3e0}"
@@ -92,6 +94,8 @@ def page(visit: Visit, patient: Patient, replays: Sequence[Path] = ()) -> str:
         f"<h1>The doctor on {escape(name)}</h1>",
         f'<p class="verdict">{escape(verdict(visit))}</p>',
     ]
+    if told := next_step(visit):
+        parts.append(f"<p><b>{escape(told)}</b></p>")
     if visit.cure is not None:
         parts += _change(visit, visit.cure, patient)
     names = {path.name for path in replays}
@@ -225,7 +229,8 @@ def _question(visit: Visit) -> list[str]:
     if not visit.alike:
         return []
     rows = (
-        f"<tr><td><code>{a.name}</code></td><td>{escape(a.line)}</td></tr>" for a in visit.alike
+        f'<tr><td class="name"><code>{a.name}</code></td><td>{escape(a.line)}</td></tr>'
+        for a in visit.alike
     )
     return ["<h2>The doctor asks back</h2>", f"<p>{QUESTION}</p><table>", *rows, "</table>"]
 

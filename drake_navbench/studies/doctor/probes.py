@@ -7,7 +7,7 @@ so that seeds differ; the rough ones have a late base, late measurements and mor
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -273,6 +273,22 @@ MADE_FOR: Mapping[Symptom, tuple[str, ...]] = {
     Symptom.TOO_SLOW: ("straight", "straight_rough", "bends"),
     Symptom.WOBBLE_STRAIGHT: ("straight", "straight_rough", "corridor"),
 }
+
+
+# A touch shows where there is something to touch.
+BESIDE_SOMETHING = (
+    *("door", "right_angle", "corridor", "box_on_path", "goal_beside_wall", "dead_end"),
+    *("beside_obstacle", "person_crossing", "door_rough", "closed_way"),
+)
+NEAR = {**MADE_FOR, **dict.fromkeys((Symptom.COLLISION, Symptom.NEAR_MISS), BESIDE_SOMETHING)}
+
+
+def nearest_first(names: Iterable[str], symptoms: Iterable[Symptom]) -> list[str]:
+    """Returns names of probes: those that may show the symptoms first, then the user's map."""
+    near = list(dict.fromkeys(name for symptom in symptoms for name in NEAR.get(symptom, ())))
+    places = {name: place for place, name in enumerate(near)}
+    # Stable: the others stay in their order.
+    return sorted(names, key=lambda n: (places.get(n, len(near)), not n.startswith("map_")))
 
 
 def probes_for(

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studies.doctor.alike import Alike, Told
-from drake_navbench.studies.doctor.change import Judged, best_of, judge
+from drake_navbench.studies.doctor.change import Judged, best_of, judge, trials_to_judge
 from drake_navbench.studies.doctor.complaints import symptoms_told
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.differences import ways_back, with_differences
@@ -18,23 +18,28 @@ from drake_navbench.studies.doctor.driving import (
     OutOfTime,
     Row,
     probe_of,
-    shows,
 )
 from drake_navbench.studies.doctor.experiment import Experiment
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.files import Patient, speed_asked
+from drake_navbench.studies.doctor.first_look import (
+    FIRST_SEEDS,
+    KEPT_SHARE,
+    Look,
+    first_look,
+    seen_in,
+)
 from drake_navbench.studies.doctor.probes import MADE_FOR, probes_for
 from drake_navbench.studies.doctor.reading import Suspicion, asked_about, findings_of, suspicions_of
 from drake_navbench.studies.doctor.rules.rule import Finding
 from drake_navbench.studies.doctor.surroundings import Surroundings
 from drake_navbench.studies.doctor.symptoms import Symptom
-from drake_navbench.studies.doctor.told import told_blindness, told_failures
+from drake_navbench.studies.doctor.told import told_blindness
 from drake_navbench.studies.doctor.tried import Rarity, Tried, Verdict
 
-# Seeds in which every probe is driven at first.
-FIRST_SEEDS = 2
-# The seeds, in all, of a probe of whose first trials only some show a symptom.
-CONFIRMING_SEEDS = 4
+# The search keeps the time of one judgement and of the replays, trials, but at most this share of
+# what is left.
+REPLAY_TRIALS, MOST_KEPT_SHARE = 4, 0.4
 # Who complains of a symptom has seen it, on a robot that may lag and slip more than the one of the
 # probes: a severity above this share of the threshold is then a weak sign of it.
 WEAK = 0.5
@@ -76,10 +81,10 @@ class Visit:
     classes of the user's words, where no symptom was asked for. treated: the symptom whose causes
     were tried; None if none was seen. rare: symptoms that are too rare to try causes; if all are,
     the first is called treated. bar: severity from which on a trial counts as showing it; below 1
-    the sign is weak. suspicions: of the treated symptom. of_asked: of the one that was asked for,
-    where another is treated. alike: the complaints that the user is asked about. around: the user's
-    map, base and computer. proposed: the user's own changes, tried before all. seed: of the first
-    look.
+    the sign is weak. suspicions: of the treated symptom. of_complaint: of the one that was asked
+    for, or that the words tell and no probe shows. alike: the complaints that the user is asked
+    about. around: the user's map, base and computer. proposed: the user's own changes, tried before
+    all. seed: of the first look, of which `look` tells how much was driven.
     """
 
     facts: Facts
@@ -92,7 +97,7 @@ class Visit:
     rare: dict[Symptom, Rarity] = field(default_factory=dict)
     bar: float = 1.0
     suspicions: list[Suspicion] = field(default_factory=list)
-    of_asked: list[Suspicion] = field(default_factory=list)
+    of_complaint: list[Suspicion] = field(default_factory=list)
     alike: list[Alike] = field(default_factory=list)
     tried: list[Tried] = field(default_factory=list)
     judged: list[Judged] = field(default_factory=list)
@@ -100,8 +105,20 @@ class Visit:
     around: Surroundings = field(default_factory=Surroundings)
     proposed: Sequence[Trial] = ()
     seed: int = 0
+    look: Look = field(default_factory=lambda: Look([]))
     is_out_of_time: bool = False
     is_interrupted: bool = False
+
+    @property
+    def complaint(self) -> Symptom | None:
+        """The symptom that was asked for, else the likeliest class of the user's words."""
+        return self.asked or next(iter(self.told), None)
+
+    @property
+    def undriven(self) -> list[str]:
+        """The probes for which the first look had no time."""
+        driven = {probe_of(row) for row in self.rows}
+        return [name for name in self.probes if name not in driven] if self.look.lacking else []
 
     @property
     def cure(self) -> Judged | None:
@@ -156,7 +173,8 @@ def visit(
     if asked is None:
         found.told = symptoms_told(told.words)[:MOST_TOLD]
     try:
-        _look(found, patient, driver, seed=seed)
+        with driver.keeping(KEPT_SHARE * driver.budget_s):
+            _look(found, patient, driver, seed=seed)
         _treat(found, patient, told, driver, seed=seed)
     except OutOfTime:
         found.is_out_of_time = True
@@ -166,57 +184,20 @@ def visit(
 
 
 def _look(found: Visit, patient: Patient, driver: Driver, *, seed: int) -> None:
-    columns = patient.columns()
-    preset = patient.chosen(columns)
-    robot = columns.setup.robot
+    robot = patient.columns().setup.robot
     for line in told_blindness(found.facts):
         driver.tell(line)
     found.probes = probes_for(robot, speed_asked(found.facts, robot), found.around, seed=seed)
-    count = len(found.probes) * FIRST_SEEDS
-    driver.tell(
-        f"driving {count} trials of the unchanged file through {len(found.probes)} probes: "
-        f"{driver.told_time(count)}"
-    )
-    found.rows = driver.drive(
-        preset, list(found.probes.values()), FIRST_SEEDS, seed=seed, must=True
-    )
-    unsure = _unsure(found.rows)
-    if unsure:
-        driver.tell(f"driving {', '.join(unsure)} twice more: one of two trials shows a symptom")
-        probes = [found.probes[name] for name in unsure]
-        more = driver.drive(preset, probes, CONFIRMING_SEEDS, seed=seed, must=True)
-        found.rows = [row for row in found.rows if probe_of(row) not in unsure] + more
-    for line in told_failures(found.rows):
-        driver.tell(line)
+    found.look = first_look(patient, found.probes, _near(found), driver, seed=seed)
+    found.rows, found.is_out_of_time = found.look.rows, not found.look.rows
     found.seen = seen_in(found.rows)
 
 
-def _unsure(rows: Sequence[Row]) -> list[str]:
-    """Returns the probes of which some trials show a symptom and others do not."""
-    sure, some = seen_in(rows, share=1.0), seen_in(rows, share=1e-9)
-    return sorted({n for s, names in some.items() for n in names if n not in sure.get(s, ())})
-
-
-def seen_in(
-    rows: Sequence[Row], *, share: float = 0.5, bar: float = 1.0
-) -> dict[Symptom, list[str]]:
-    """Returns the probes that show each symptom in at least this share of their trials.
-
-    bar: the severity above which a trial shows it.
-    """
-    trials: dict[str, list[Row]] = {}
-    for row in rows:
-        trials.setdefault(probe_of(row), []).append(row)
-    found: dict[Symptom, list[str]] = {}
-    for symptom in Symptom:
-        own = [
-            name
-            for name, several in trials.items()
-            if sum(shows(row, symptom, bar) for row in several) >= max(share * len(several), 1)
-        ]
-        if own:
-            found[symptom] = own
-    return found
+def _near(found: Visit) -> list[Symptom]:
+    """Returns the symptoms for which a short first look looks first."""
+    if found.asked is not None:
+        return [s for s in (found.asked, MILDER.get(found.asked)) if s is not None]
+    return [*found.told, *(symptom for finding in found.findings for symptom in finding.likely)]
 
 
 def _treat(found: Visit, patient: Patient, told: Told, driver: Driver, *, seed: int) -> None:
@@ -225,22 +206,25 @@ def _treat(found: Visit, patient: Patient, told: Told, driver: Driver, *, seed: 
         # One trial that shows it is enough, and else a weak sign in half of a probe's trials.
         _see(found, found.asked, 1e-9, 1.0)
         if found.asked is Symptom.FALSE_ABORT and found.asked not in found.seen:
-            _drive_on(found, patient, driver, seed=seed)
+            with driver.keeping(KEPT_SHARE * driver.budget_s):
+                _drive_on(found, patient, driver, seed=seed)
         _see(found, found.asked, 0.5, WEAK)
         milder = MILDER.get(found.asked)
         if milder is not None and found.asked not in found.seen:
             _see(found, milder, 0.5, WEAK)
-    elif found.told and not found.seen:
+    elif found.told and found.seen.keys().isdisjoint(found.told):
         _suspect(found, found.told[0], told)
+    found.of_complaint = found.suspicions
     for symptom in _to_treat(found):
         found.treated = symptom
         showing = _most_severe(found, symptom)
         weak = "a weak sign of " if found.bar < 1.0 else ""
         driver.tell(f"{weak}{symptom} is seen in {', '.join(showing)}")
-        if symptom is not found.asked:
-            found.of_asked = found.suspicions
+        if symptom is not found.complaint or not found.suspicions:
             _suspect(found, symptom, told)
-        rarity = _try_causes(found, patient, symptom, showing, driver, seed=seed)
+        judging = trials_to_judge(len(showing), len(found.probes)) + REPLAY_TRIALS
+        with driver.keeping(min(judging * driver.trial_s, MOST_KEPT_SHARE * driver.left_s)):
+            rarity = _try_causes(found, patient, symptom, showing, driver, seed=seed)
         if not rarity.is_rare:
             break
         found.rare[symptom] = rarity
@@ -255,9 +239,13 @@ def _treat(found: Visit, patient: Patient, told: Told, driver: Driver, *, seed: 
 
 
 def _suspect(found: Visit, symptom: Symptom, told: Told) -> None:
-    """Notes the suspicions of a symptom, and the complaints that the user is asked about."""
+    """Notes the suspicions of a symptom, and the complaints that the user is asked about.
+
+    If another symptom than the complaint is treated, the question stays about the complaint.
+    """
     found.suspicions = suspicions_of(found.facts, symptom, told)
-    found.alike = asked_about(found.facts, symptom, told, found.suspicions)
+    if not found.of_complaint:
+        found.alike = asked_about(found.facts, symptom, told, found.suspicions)
 
 
 def _see(found: Visit, symptom: Symptom, share: float, bar: float) -> None:
@@ -278,7 +266,8 @@ def _drive_on(found: Visit, patient: Patient, driver: Driver, *, seed: int) -> N
         f"{driver.told_time(count)}"
     )
     preset = patient.chosen(patient.columns())
-    rows = driver.drive(preset, list(probes.values()), FIRST_SEEDS, seed=seed, must=True)
+    (rows,) = driver.drive_nearest([preset], list(probes.values()), FIRST_SEEDS, seed=seed)
+    probes = {name: probe for name, probe in probes.items() if name in map(probe_of, rows)}
     if Symptom.FALSE_ABORT in seen_in(rows, share=1e-9):
         found.probes = {**found.probes, **probes}
         found.rows = [row for row in found.rows if probe_of(row) not in probes] + rows
@@ -312,10 +301,12 @@ def _try_causes(
     try:
         suspicions = with_differences(found.suspicions, found.facts)
         experiment.run(suspicions, ways_back(suspicions, found.facts), found.proposed)
+    except OutOfTime:
+        found.is_out_of_time = True
     finally:
         # The changes that were tried until Ctrl-C count, too.
         found.tried = experiment.tried
-        found.is_out_of_time = experiment.is_out_of_time
+        found.is_out_of_time |= experiment.is_out_of_time
     return experiment.rarity
 
 

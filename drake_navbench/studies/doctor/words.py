@@ -28,10 +28,26 @@ MOST_NAMED = 3
 
 def verdict(visit: Visit) -> str:
     """Returns the verdict of a visit in a few sentences, the last on what the user proposed."""
-    told = [_verdict(visit)]
-    if visit.of_asked and visit.asked not in visit.rare:
-        told.append(_first_to_try(visit, visit.of_asked, f"for {visit.asked} "))
+    told = [_verdict(visit), *_look_cut_short(visit)]
+    complaint = visit.complaint
+    if (
+        visit.of_complaint
+        and visit.treated not in (None, complaint)
+        and complaint not in visit.rare
+    ):
+        told.append(_first_to_try(visit, visit.of_complaint, f"for {complaint} "))
     return " ".join([*told, *(_proposal_told(visit, trial) for trial in visit.proposed)])
+
+
+def _look_cut_short(visit: Visit) -> list[str]:
+    """Returns a sentence on what the first look left out, if it left out anything."""
+    look = visit.look
+    if not look.lacking or not visit.rows:
+        return []
+    names = f" (not driven: {', '.join(visit.undriven)})" if visit.undriven else ""
+    on = "" if is_unfinished(visit) else "; the same command goes on with the others"
+    count = look.planned - look.lacking
+    return [f"The first look had time for {count} of {look.planned} trials{names}{on}."]
 
 
 def _proposal_told(visit: Visit, trial: Trial) -> str:
@@ -60,10 +76,10 @@ def _verdict(visit: Visit) -> str:
     if visit.shown:
         best = visit.shown[0]
         return (
-            f"{what} In the experiment {_cause_told(best)} reduces this, but the doctor found no "
+            f"{what} In the experiment {cause_told(best)} reduces this, but the doctor found no "
             f"change that makes nothing else worse{_why_not(visit)}.{_likeliest(visit)}"
         )
-    if _is_unfinished(visit) and not any(entry.pairs for entry in visit.tried):
+    if is_unfinished(visit) and not any(entry.pairs for entry in visit.tried):
         why = "was interrupted" if visit.is_interrupted else "had no time left (--budget)"
         return (
             f"{what} The visit {why} before a cause was tried; the same command goes on. "
@@ -75,12 +91,12 @@ def _verdict(visit: Visit) -> str:
         pairs = f"{cut_off.pairs} pair{'s' * (cut_off.pairs != 1)}"
         return (
             f"{what} No cause is shown yet: there was no time for more pairs. With "
-            f"{_cause_told(cut_off)} its severity (shown above 1) falls {fall} in {pairs}, too few "
+            f"{cause_told(cut_off)} its severity (shown above 1) falls {fall} in {pairs}, too few "
             "to show it; the same command goes on from there."
         )
     outside = [e.suspicion.cause.told for e in visit.tried if e.verdict is Verdict.OUTSIDE]
     could = f" Also possible: {outside[0]}." if outside else ""
-    ended = " There was no time to try more." if _is_unfinished(visit) else ""
+    ended = " There was no time to try more." if is_unfinished(visit) else ""
     undriven = _not_drivable(visit)
     return (
         f"{what} No cause found: no change that was tried removes the symptom."
@@ -89,10 +105,11 @@ def _verdict(visit: Visit) -> str:
 
 
 def _nothing_seen(visit: Visit) -> str:
-    if _is_unfinished(visit):
+    if is_unfinished(visit):
         return "The visit ended before the probes were driven; the rules' findings stand below."
     if visit.asked is None and not visit.told:
-        return "Nothing to improve: no probe shows a symptom."
+        found = "No symptom so far" if visit.look.lacking else "Nothing to improve"
+        return f"{found}: no probe shows a symptom."
     if visit.asked is None:
         return (
             "No cause found: no probe shows a symptom with this file and robot. Your words may "
@@ -108,6 +125,7 @@ def _nothing_seen(visit: Visit) -> str:
 
 def _first_to_try(visit: Visit, suspicions: Sequence[Suspicion], where: str = "") -> str:
     told = [told_with_step(s.cause, visit.facts) for s in suspicions[:MOST_NAMED]]
+    told = [with_short_outlines(instruction) for instruction in told]
     return f"By the rules and by users' reports, try {where}first: {'; '.join(told)}."
 
 
@@ -116,22 +134,22 @@ def _cut_off(visit: Visit) -> Tried | None:
 
     A change that others outdid, or without effect, is none of these.
     """
-    if not _is_unfinished(visit):
+    if not is_unfinished(visit):
         return None
     able = [e for e in visit.tried if e.trial and e.reason in ("", NO_TIME) and not e.touches]
     helping = [e for e in able if e.fall >= LEAST_FALL]
     return max(helping, key=lambda e: e.fall, default=None)
 
 
-def _is_unfinished(visit: Visit) -> bool:
+def is_unfinished(visit: Visit) -> bool:
     return visit.is_out_of_time or visit.is_interrupted
 
 
 def _probes(visit: Visit, symptom: Symptom) -> str:
-    names = visit.seen[symptom]
+    names, driven = visit.seen[symptom], len(visit.probes) - len(visit.undriven)
     about = [visit.probes[name].description for name in names[:MOST_NAMED]]
     more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
-    return f"{len(names)} of {len(visit.probes)} probes ({'; '.join(about)}{more})"
+    return f"{len(names)} of {driven} probes ({'; '.join(about)}{more})"
 
 
 def _cured(cure: Judged) -> str:
@@ -150,7 +168,18 @@ def _cured(cure: Judged) -> str:
         f"The change: {change_told(cure.trial)}. On fresh seeds, which the search did not use, "
         f"{cure.before_target} of {cure.target_trials} trials showed it before and "
         f"{cure.after_target} after; {_others(cure)} in the {cure.compared} trials "
-        f"of all probes that did not end early before.{touched}{instead}"
+        f"of {'the' if cure.undriven else 'all'} probes that did not end early before."
+        f"{touched}{instead}{_judgement_cut_short(cure)}"
+    )
+
+
+def _judgement_cut_short(cure: Judged) -> str:
+    if not cure.lacking:
+        return ""
+    names = f"; not driven with the change: {', '.join(cure.undriven)}" * bool(cure.undriven)
+    return (
+        f" There was no time for {cure.lacking} further trials of this judgement{names}. The same "
+        "command goes on with them."
     )
 
 
@@ -199,9 +228,9 @@ def _likeliest(visit: Visit) -> str:
     told = f" The likeliest cause is {places}, by reading: {why}."
     if not rivals:
         return told
-    others = " or ".join(_cause_told(entry) for entry in rivals)
+    others = " or ".join(cause_told(entry) for entry in rivals)
     return (
-        f"{told} By driving it cannot be told from others: with {_cause_told(first)} the symptom "
+        f"{told} By driving it cannot be told from others: with {cause_told(first)} the symptom "
         f"goes, and with {others} as well."
     )
 
@@ -214,7 +243,7 @@ def _not_drivable(visit: Visit) -> str:
     first = max(refused, key=lambda e: e.suspicion.score, default=None)
     if first is None or [first.suspicion.score] <= shown:
         return ""
-    return f" Could not be driven, though likely by reading: {_cause_told(first)} ({first.reason})."
+    return f" Could not be driven, though likely by reading: {cause_told(first)} ({first.reason})."
 
 
 def _others(cure: Judged) -> str:
@@ -230,8 +259,10 @@ def _others(cure: Judged) -> str:
 
 def _why_not(visit: Visit) -> str:
     if not visit.judged:
-        return " within the time" if _is_unfinished(visit) else ""
+        return " within the time; the same command goes on" if is_unfinished(visit) else ""
     first = visit.judged[0]
+    if first.lacking:
+        return " within the time; the same command goes on"
     if first.is_rare:
         shown = f"{first.before_target} of {first.target_trials}"
         return (
@@ -247,7 +278,7 @@ def _why_not(visit: Visit) -> str:
     )
 
 
-def _cause_told(entry: Tried) -> str:
+def cause_told(entry: Tried) -> str:
     return change_told(entry.trial) if entry.trial is not None else entry.suspicion.cause.told
 
 

@@ -94,3 +94,8 @@ DWB_BLOCK: dict[str, Any] = {
     "linear_granularity": 0.05,
     "critics": ["RotateToGoal", "Oscillation", "BaseObstacle", "PathDist", "GoalDist"],
 }
+
+
+def cures_of(finding: Any) -> str:
+    """Returns the cures of a finding as instructions, without steps, the best first."""
+    return finding.rule.advice or "; or ".join(cause.told for cause in finding.cures)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.nav2.patch import Place
 from drake_navbench.studies.doctor.causes import Cause, Direction
@@ -38,7 +40,10 @@ def tried(before, after, p_value, **changed):
 class Fake:
     """A driver of rows that a test makes up."""
 
-    left_s, trial_s = 100.0, 1.0
+    left_s, trial_s, budget_s = 100.0, 1.0, 100.0
+
+    def keeping(self, time_s):
+        return nullcontext()
 
     def tell(self, line):
         pass
@@ -49,8 +54,11 @@ class Fake:
     def check(self, preset, probes, *, seed):
         pass
 
-    def drive_together(self, presets, probes, trials, *, seed, must=False):
+    def drive_together(self, presets, probes, trials, *, seed):
         return [self.drive(preset, probes, trials, seed=seed) for preset in presets]
+
+    def drive_nearest(self, presets, probes, trials, *, seed):
+        return self.drive_together(presets, probes, trials, seed=seed)
 
 
 class Rows(Fake):
@@ -63,7 +71,7 @@ class Rows(Fake):
         self.symptoms = {"before": before, "after": after}
         self.seldom = seldom
 
-    def drive(self, preset, probes, trials, *, seed, must=False):
+    def drive(self, preset, probes, trials, *, seed):
         symptoms = self.symptoms[preset.name]
         shown = {s: 2.0 for s in symptoms or ()}
         return [
@@ -98,7 +106,7 @@ class Counted(Fake):
     def __init__(self, end, severity):
         self.end, self.severity, self.trials = end, severity, 0
 
-    def drive(self, preset, probes, trials, *, seed, must=False):
+    def drive(self, preset, probes, trials, *, seed):
         is_after = preset.name == "after"
         self.trials = len(probes) * trials if is_after else self.trials
         return [

@@ -18,7 +18,7 @@ class Patience(Fake):
     def __init__(self, patience_s):
         self.patience_s, self.driven = patience_s, []
 
-    def drive(self, preset, probes, trials, *, seed, must=False):
+    def drive(self, preset, probes, trials, *, seed):
         self.driven += [(probe.name, probe.timeout_s) for probe in probes]
         return [self.row(preset, probe) for _ in range(trials) for probe in probes]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from doctor_texts import DWB, DWB_BLOCK, MPPI, MPPI_BLOCK, RPP, RPP_BLOCK, nav2_text
+from doctor_texts import DWB, DWB_BLOCK, MPPI, MPPI_BLOCK, RPP, RPP_BLOCK, cures_of, nav2_text
 from nav2_setups import read_nav2_files
 
 from drake_navbench.commands.doctor import main
@@ -36,7 +36,7 @@ def test_a_value_far_from_both_is_told_last_with_its_way_back(found):
     (finding,) = far(findings)
     assert findings[-1] is finding
     assert finding.seen.startswith("GoalCritic.cost_weight is 1.25, 0.25 times the usual 5 (Nav2's")
-    assert finding.cure_told == "raise GoalCritic.cost_weight to 5.0"
+    assert cures_of(finding) == "raise GoalCritic.cost_weight to 5.0"
     # Just 0.4 times is not less than that; just 2.5 times is far.
     for weight, is_far in ((2.0, False), (1.99, True), (12.4, False), (12.5, True)):
         text = nav2_text(MPPI_BLOCK | {"GoalCritic": {"cost_weight": weight}}, plugin=MPPI)
@@ -88,7 +88,7 @@ def test_what_is_the_robots_own_matter_is_never_far(found):
 def test_a_whole_number_is_set_back_to_a_whole_number(found):
     (few,) = far(found(text := nav2_text(MPPI_BLOCK | {"time_steps": 20}, plugin=MPPI)))
     assert "time_steps: 20" in text
-    assert few.cure_told == "raise time_steps to 56"
+    assert cures_of(few) == "raise time_steps to 56"
 
 
 def test_at_most_three_far_values_are_told_and_none_that_a_rule_tells(found):
@@ -116,7 +116,7 @@ def test_two_costmaps_that_inflate_differently_are_found_with_the_odder_one(foun
         finding.seen
     )
     # Bringup's 0.55 m is nearer than the local costmap's 0.7 m.
-    assert finding.cure_told == "raise global_costmap.inflation_radius to 0.55 m"
+    assert cures_of(finding) == "raise global_costmap.inflation_radius to 0.55 m"
     assert finding.cures[0].key == ("global_costmap.inflation_radius", Direction.UP)
     # 0.7 / 0.35 = 2.
     assert not {f.rule.name for f in found(_with_global(0.35))} & {*told} - {"plans-inflate-little"}

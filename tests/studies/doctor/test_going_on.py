@@ -79,7 +79,6 @@ def test_progress_tells_the_expected_time_and_the_rest_of_the_budget(tmp_path):
 def test_a_long_batch_tells_every_half_minute_how_far_it_is(tmp_path, monkeypatch):
     """Five trials of 20 s: told after 40 s and 80 s, and not after the last."""
     told, clock = [], [0.0]
-    monkeypatch.setattr(driving.time, "monotonic", lambda: clock[0])
 
     def drive_each(specs, kept_of, *, jobs, on_row):
         for spec in specs:
@@ -87,7 +86,9 @@ def test_a_long_batch_tells_every_half_minute_how_far_it_is(tmp_path, monkeypatc
             on_row(spec, {"outcome": "succeeded"})
 
     monkeypatch.setattr(driving, "drive_each", drive_each)
-    driver = Driver(tmp_path, "wheelchair", jobs=1, budget_s=600.0, tell=told.append)
+    driver = Driver(
+        tmp_path, "wheelchair", jobs=1, budget_s=600.0, tell=told.append, clock=lambda: clock[0]
+    )
     driver._drive_all([SimpleNamespace(identity=name) for name in "abcde"])
     assert told == [
         "  2 of 5 trials driven",

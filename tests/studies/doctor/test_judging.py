@@ -34,7 +34,7 @@ def test_a_change_is_judged_on_the_seeds_of_the_first_look_where_nothing_was_sea
     driven = set()
 
     class Noted(Rows):
-        def drive(self, preset, probes, trials, *, seed, must=False):
+        def drive(self, preset, probes, trials, *, seed):
             driven.update((probe.name, seed) for probe in probes)
             return super().drive(preset, probes, trials, seed=seed)
 
@@ -99,7 +99,7 @@ def test_a_change_that_brings_a_touch_does_not_help(patient):
 
 def test_where_the_best_change_brings_a_touch_the_next_one_is_judged_and_offered(patient):
     class Mixed(Rows):
-        def drive_together(self, presets, probes, trials, *, seed, must=False):
+        def drive_together(self, presets, probes, trials, *, seed):
             rows = super().drive_together(presets, probes, trials, seed=seed)
             if next(order):
                 rows[1] = [row | {"severity": {"collision": 2.0}} for row in rows[1]]
@@ -127,7 +127,7 @@ def test_of_changes_that_take_the_symptom_away_the_one_that_leaves_the_fewest_ot
     """The file spins as well; the first change leaves that, the second does not."""
 
     class Mixed(Rows):
-        def drive_together(self, presets, probes, trials, *, seed, must=False):
+        def drive_together(self, presets, probes, trials, *, seed):
             self.symptoms["after"] = left if not found.judged else []
             return super().drive_together(presets, probes, trials, seed=seed)
 

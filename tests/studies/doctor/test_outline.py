@@ -78,3 +78,25 @@ def test_a_round_body_gets_a_larger_radius(patient):
 def test_a_body_within_the_files_outline_is_no_finding(patient):
     # 0.559 m are within 0.56 m.
     assert RULE not in {f.rule.name for f in findings_of(patient(LONG, 0.56).facts())}
+
+
+@pytest.mark.parametrize(("front_m", "told"), [(0.42, None), (0.45, 0.45)])
+def test_an_outline_that_is_too_short_ahead_keeps_its_room_behind(patient, front_m, told):
+    """The file's outline reaches from -0.6 to 0.4 m, padded to 0.41 m; cells have 0.05 m."""
+    side = 0.25
+    own = patient(
+        f"footprint: [[-0.1, -{side}], [{front_m}, -{side}], [{front_m}, {side}], [-0.1, {side}]]",
+        0.25,
+    )
+    content = yaml.safe_load(own.paths[0].read_text())
+    for costmap in ("local_costmap", "global_costmap"):
+        block = content[costmap][costmap]["ros__parameters"]
+        del block["robot_radius"]
+        block["footprint"] = f"[[-0.6, -{side}], [0.4, -{side}], [0.4, {side}], [-0.6, {side}]]"
+    own.paths[0].write_text(yaml.safe_dump(content))
+    own = Patient(own.paths, own.robot, {}, "jazzy")
+    # Of 0.01 m beyond the outline, less than half a cell, no costmap knows anything.
+    assert (RULE in {f.rule.name for f in findings_of(own.facts())}) == (told is not None)
+    if told is not None:
+        corners = yaml.safe_load(first_change(own)["local_costmap.footprint"])
+        assert sorted(corners) == [[-0.6, -side], [-0.6, side], [told, -side], [told, side]]

@@ -55,7 +55,7 @@ def test_beside_a_change_that_takes_the_symptom_away_half_a_fall_is_left_early(
     patient, best, pairs
 ):
     class Two(Counted):
-        def drive(self, preset, probes, trials, *, seed, must=False):
+        def drive(self, preset, probes, trials, *, seed):
             self.severity = best if preset is first.after else 1.2
             return super().drive(preset, probes, trials, seed=seed)
 
@@ -121,7 +121,7 @@ def test_what_the_user_proposes_is_tried_first_and_gets_a_verdict(patient, after
     trials = read_proposals(["FollowPath.CostCritic.consider_footprint=true"], patient)
 
     class Mixed(Counted):
-        def drive(self, preset, probes, trials, *, seed, must=False):
+        def drive(self, preset, probes, trials, *, seed):
             critic = preset.parameters.model_dump()["CostCritic"]
             self.severity = after if critic["consider_footprint"] else 0.0
             return super().drive(preset, probes, trials, seed=seed)
@@ -215,7 +215,7 @@ def test_two_changes_are_tried_together_where_neither_takes_the_symptom_away(pat
 
 def test_the_time_that_is_left_goes_to_the_likeliest_changes(patient):
     class Short(Counted):
-        def drive_together(self, presets, probes, trials, *, seed, must=False):
+        def drive_together(self, presets, probes, trials, *, seed):
             return super().drive_together(presets[:3], probes, trials, seed=seed)
 
     experiment = Experiment(

@@ -22,6 +22,7 @@ from drake_navbench.studies.doctor.detectors import detectors_digest
 from drake_navbench.studies.doctor.differences import with_differences
 from drake_navbench.studies.doctor.driving import SEARCH_SEED, Driver
 from drake_navbench.studies.doctor.experiment import TOGETHER
+from drake_navbench.studies.doctor.first_look import unsure_of
 from drake_navbench.studies.doctor.page import patch_of, write_outputs
 from drake_navbench.studies.doctor.probes import LONGEST_S, MAKERS, ROUGH, probes_for
 from drake_navbench.studies.doctor.reading import findings_of, suspicions_of
@@ -44,7 +45,7 @@ def test_a_change_of_one_costmap_is_told_from_that_of_the_other():
 @pytest.mark.parametrize(("severity", "bar"), [(1.1, 1.0), (0.7, 0.5), (0.4, None)])
 def test_a_weak_sign_of_the_complaint_is_treated_and_called_weak(patient, severity, bar):
     class Weak(Counted):
-        def drive(self, preset, probes, trials, *, seed, must=False):
+        def drive(self, preset, probes, trials, *, seed):
             rows = super().drive(preset, probes, trials, seed=seed)
             if preset.name == "before":
                 rows = [row | {"severity": {"wobble_straight": severity}} for row in rows]
@@ -68,7 +69,7 @@ def test_what_was_tried_until_ctrl_c_is_kept(patient):
     class Stopped(Counted):
         batches = 0
 
-        def drive_together(self, presets, probes, trials, *, seed, must=False):
+        def drive_together(self, presets, probes, trials, *, seed):
             # The third batch of trials is of the second dozen of changes.
             if trials == 1 and len(probes) == 1:
                 self.batches += 1
@@ -205,7 +206,7 @@ def test_a_symptom_that_is_too_rare_for_the_search_gives_way_to_the_next(patient
     """Of two symptoms one is in a trial of 24: 13 of 48 are needed, so 312 pairs."""
 
     class Both(Rows):
-        def drive(self, preset, probes, trials, *, seed, must=False):
+        def drive(self, preset, probes, trials, *, seed):
             rows = super().drive(preset, probes, trials, seed=seed)
             if preset.name == "before":
                 rows = [row | {"severity": {"near_miss": 2.0}} for row in rows]
@@ -226,6 +227,7 @@ def test_a_symptom_that_is_too_rare_for_the_search_gives_way_to_the_next(patient
         "at most 48 pairs are driven; here they need about 312 pairs."
     )
     assert told in verdict(found)
+    assert "try for" not in verdict(found)
     assert found.cure.after_target == 0
 
 
@@ -244,7 +246,7 @@ def test_causes_are_tried_on_the_probes_that_always_show_the_symptom(patient, mo
     monkeypatch.setitem(visits.MADE_FOR, Symptom.WOBBLE_STRAIGHT, tuple(PROBES))
 
     class Noted(Rows):
-        def drive(self, preset, probes, trials, *, seed, must=False):
+        def drive(self, preset, probes, trials, *, seed):
             if seed == SEARCH_SEED:
                 driven.update(probe.name for probe in probes)
             return super().drive(preset, probes, trials, seed=seed)
@@ -266,11 +268,11 @@ def test_a_symptom_that_one_of_two_trials_shows_is_looked_at_again():
         return {"scenario": f"probe_{probe}", "severity": {s: 2.0 for s in symptoms}}
 
     rows = [row("door", "spins"), row("door"), row("bends", "spins"), row("bends", "spins")]
-    assert visits._unsure(rows) == ["door"]
+    assert unsure_of(rows) == ["door"]
     # Of four trials one shows it: less than half.
     assert visits.seen_in([*rows, row("door"), row("door")]) == {Symptom.SPINS: ["bends"]}
     # What every trial shows is sure, and what none shows as well.
-    assert visits._unsure(rows[2:]) == []
+    assert unsure_of(rows[2:]) == []
 
 
 def test_a_value_otherwise_than_nav2s_is_tried_after_the_suspects(patient):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import shapely
+
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.kernels.footprint import footprint_radii
 from drake_navbench.nav2.body import REACHES, reach_beyond_m
@@ -26,7 +28,10 @@ def _body(f: Facts) -> Robot:
 
 
 def _is_smaller(f: Facts) -> bool:
-    return f.robot is not None and any(REACHES in remark for remark in f.doubts.values())
+    """Tells whether the body reaches half a cell beyond the costmaps' outline: less none sees."""
+    if f.robot is None or not any(REACHES in remark for remark in f.doubts.values()):
+        return False
+    return reach_beyond_m(f.robot) >= 0.5 * f.number("local_costmap.resolution", 0.05)
 
 
 def _given(f: Facts) -> str:
@@ -53,10 +58,18 @@ def _radius(f: Facts) -> float | None:
 
 
 def _footprint(f: Facts) -> Any:
-    """Returns the body's outline as Nav2 reads a footprint; None where a radius tells it."""
+    """Returns an outline as Nav2 reads a footprint; None where a radius tells it.
+
+    Where the file has an outline, it is the hull of that and the body: the model may lack a load.
+    """
     if _radius(f) is not None:
         return None
-    return str([[round(float(v), DECIMALS) for v in corner] for corner in _body(f).outline])
+    robot = _body(f)
+    corners = [*map(tuple, robot.outline)]
+    if robot.footprint is not None:
+        hull = shapely.MultiPoint([*corners, *robot.footprint]).convex_hull
+        corners = list(shapely.get_coordinates(hull)[:-1])
+    return str([[round(float(v), DECIMALS) for v in corner] for corner in corners])
 
 
 RULES = (

@@ -73,11 +73,6 @@ class Finding:
         symptoms = self.rule.symptoms
         return sorted((s for s in symptoms if symptoms[s] >= LIKELY), key=lambda s: -symptoms[s])
 
-    @property
-    def cure_told(self) -> str:
-        """The cures as instructions, the best first."""
-        return self.rule.advice or "; or ".join(cause.told for cause in self.cures)
-
 
 def _is_zero(cause: Cause, facts: Facts) -> bool:
     """Tells whether a cure would lower to 0 what is 0 already."""

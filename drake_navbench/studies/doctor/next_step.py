@@ -1,0 +1,28 @@
+"""What to do next after a visit that offers no change."""
+
+from __future__ import annotations
+
+from drake_navbench.studies.doctor.causes import with_short_outlines
+from drake_navbench.studies.doctor.cures import told_with_step
+from drake_navbench.studies.doctor.far_values import FAR
+from drake_navbench.studies.doctor.told import told_cures
+from drake_navbench.studies.doctor.visit import Visit
+from drake_navbench.studies.doctor.words import cause_told, is_unfinished
+
+
+def next_step(visit: Visit) -> str:
+    """Returns the one thing to do next where no change is offered; '' where one is."""
+    if visit.cure is not None:
+        return ""
+    if is_unfinished(visit) or visit.look.lacking:
+        return "Next: give the same command again; it goes on where the time ended."
+    proven = [f for f in visit.findings if not f.rule.name.startswith(FAR)]
+    if proven:
+        told = with_short_outlines(told_cures(proven[0], visit.facts))
+        return f"Next: mend what the file itself shows: {told}."
+    if visit.shown:
+        return f"Next: weigh the price of {cause_told(visit.shown[0])}; the table has it."
+    if visit.of_complaint or visit.suspicions:
+        first = (visit.of_complaint or visit.suspicions)[0].cause
+        return f"Next, on the robot: {told_with_step(first, visit.facts)}, and nothing else."
+    return "Next: tell what you see on the robot, by --symptom or --told." * (not visit.seen)
