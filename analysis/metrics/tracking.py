@@ -125,6 +125,8 @@ def plan_progress_ratio(log: TrialLog) -> float:
     leg, lengths_m = present_leg(log), leg_lengths_m(log)
     if not log.first_plans:
         raise Undefined("there is no plan")
+    if not lengths_m.any():
+        raise Undefined("the plan has no length")
     done_m = lengths_m[:leg].sum()
     for plan in plans_of_legs(log):
         if plan.leg == leg and len(plan.poses) > 1:

@@ -167,3 +167,5 @@ def test_without_a_plan_tracking_is_undefined():
         tracking.cross_track_error_mean_m(straight_log(plan=[]))
     with pytest.raises(Undefined, match="no length"):
         tracking.cross_track_error_mean_m(straight_log(plan=[[0.0, 0.0, 0.0]] * 3))
+    with pytest.raises(Undefined, match="no length"):
+        tracking.plan_progress_ratio(straight_log(plan=straight_plan(5.0)[:1]))

@@ -21,7 +21,7 @@ KEPT_SHARE = 0.5
 
 
 class Look(NamedTuple):
-    """What was driven. lacking: the trials, of `planned`, for which the budget did not suffice."""
+    """The rows of a first look. lacking: how many of the `planned` trials the budget left out."""
 
     rows: list[Row]
     planned: int = 0

@@ -1,4 +1,4 @@
-"""What to do next after a visit that offers no change."""
+"""The one thing to do next after a visit that offers no change."""
 
 from __future__ import annotations
 
