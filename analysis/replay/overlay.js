@@ -165,7 +165,8 @@
       pen.fillStyle = color("--nb-muted");
       pen.textAlign = "right";
       pen.fillText(values.length ? String(Number(high.toPrecision(2))) : "–", LEFT - 5, top + 5);
-      if (highest > high && each >= 30) pen.fillText(`peak ${Number(highest.toPrecision(2))}`, LEFT - 5, top + 18);
+      // Below the label, which it would reach into otherwise.
+      if (highest > high && each >= 30) pen.fillText(`peak ${Number(highest.toPrecision(2))}`, LEFT - 5, row * each + each - 6);
       // The chosen one last, above the others.
       const order = robots.map((_, index) => index).sort((a, b) => (a === state.chosen) - (b === state.chosen));
       for (const index of order) {
