@@ -188,7 +188,12 @@ def main() -> None:
         for number in range(arguments.first_round, arguments.first_round + arguments.rounds):
             for name in columns:
                 drive_round(arguments.file, number, columns[name], arguments.scenarios)
+    if not arguments.file.is_file():
+        parser.error(f"{arguments.file}: no such file")
     rows = pd.read_csv(arguments.file)
+    unknown = sorted({*(arguments.among or ())} - {*rows["column"]})
+    if unknown:
+        parser.error(f"--among: got {unknown[0]!r}, expected columns of {arguments.file}")
     require_no_errors(rows, arguments.file)
     judged = {name: list(columns[name]) for name in columns}
     if arguments.among:

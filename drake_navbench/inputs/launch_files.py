@@ -81,7 +81,7 @@ class LaunchFiles:
         return other, launch
 
     def without_overridden(self, files: Sequence[Path], places: Sequence[Path]) -> LaunchFiles:
-        """Returns the launch files without the defaults that nobody uses, of parameter files.
+        """Returns the launch files without the Nav2 files that they name as a default nobody uses.
 
         files: the Nav2 files. `navigation_launch.py` has a default `params_file`; if each launch
         file that names it passes another one, or is overridden itself, the default is not used. Nor

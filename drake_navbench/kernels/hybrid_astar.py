@@ -17,6 +17,15 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from drake_navbench.kernels.astar import (
+    EXACT_TOLERANCE,
+    EXPANSION_BUDGET_SPENT,
+    FOUND,
+    GOAL_OCCUPIED,
+    ITERATION_LIMIT,
+    OPEN_SET_EMPTY,
+    START_OCCUPIED,
+)
 from drake_navbench.kernels.hybrid_expansion import (
     EARLIER_TRIES,
     WIDENING,
@@ -47,10 +56,6 @@ from drake_navbench.kernels.hybrid_queue import dequeue, enqueue, queue_from, wi
 from drake_navbench.kernels.hybrid_releases import JAZZY, KILTED, LYRICAL
 
 F32 = np.float32
-FOUND, GOAL_OCCUPIED, OPEN_SET_EMPTY, ITERATION_LIMIT, EXPANSION_BUDGET_SPENT = range(5)
-START_OCCUPIED = 5
-# Below this tolerance, in cells, releases before Lyrical test the goal.
-EXACT_TOLERANCE = F32(0.001)
 FARTHEST = F32(np.finfo(np.float32).max)
 MAX_COST = F32(252.0)
 LARGEST_COUNT = 2**31 - 1
@@ -212,7 +217,7 @@ def _best_curve(graph, body, motions, expansion, state, goals, coarse):
 @njit(cache=True)
 def _may_be_goal(graph, body, rules, node):
     """Tells whether the robot fits at a goal, or near enough to it."""
-    is_exact = rules.tolerance < EXACT_TOLERANCE
+    is_exact = rules.tolerance < F32(EXACT_TOLERANCE)
     if rules.release < KILTED:
         return not is_exact or is_free(graph, body, node)
     if rules.release < LYRICAL:

@@ -32,7 +32,8 @@ LOOP_RATIO = 2.0
 # The end of a part; numba would compile `_meet` anew for each plain constant.
 AT_START, AT_END = np.bool_(False), np.bool_(True)
 NEVER_REVERSES = np.bool_(False)
-# The cost off the map, below whose lower or left edge Nav2 reads the last cell once more.
+# The cost of a point off the map: lethal since Lyrical. Before, Nav2 reads the cell of the point
+# before it once more, which was free.
 BLOCKED, AS_BEFORE = np.int64(LETHAL), np.int64(FREE)
 
 

@@ -58,7 +58,7 @@ class SmacPlanner2DParameters(SmacSearchParameters):
         NEWEST_RELEASE,
         description="Nav2 release whose rules apply: up to Kilted the smoother tests the cell "
         "under the robot's centre, a blocked goal counts as free where there is a tolerance, and a "
-        "path that is late is none; up to Iron a blocked start is refused.",
+        "search that runs out of time finds no path; up to Iron a blocked start is refused.",
     )
     tolerance: Length = Field(
         0.125, ge=0.0, description="Distance from the goal at which a path may end [m]"

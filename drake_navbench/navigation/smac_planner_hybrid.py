@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from drake_navbench.errors import InputError
-from drake_navbench.kernels import hybrid_astar
+from drake_navbench.kernels import astar, hybrid_astar
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.footprint import footprint_radii
@@ -181,20 +181,20 @@ class SmacPlannerHybrid:
             # Made here, not in the kernel: numpy takes memory that is 0 already, page by page.
             np.zeros(grid.costs.size * ways_of_car.bins, np.int32),
         )
-        if status == hybrid_astar.FOUND and len(path) > 0:
+        if status == astar.FOUND and len(path) > 0:
             return path, expansions
-        if status == hybrid_astar.START_OCCUPIED:
+        if status == astar.START_OCCUPIED:
             raise StartOccupied("start: the robot does not fit there")
-        if status == hybrid_astar.GOAL_OCCUPIED:
+        if status == astar.GOAL_OCCUPIED:
             raise GoalOccupied(
                 f"goal: the robot does not fit there, nor within {parameters.tolerance:g} m"
             )
         if expansions == 1 and release >= Release.JAZZY:
             raise StartOccupied("start: every way out of it is blocked")
-        if status == hybrid_astar.ITERATION_LIMIT:
+        if status == astar.ITERATION_LIMIT:
             raise PlannerTimedOut(f"no path within max_iterations = {parameters.max_iterations}")
         limit = parameters.max_planning_time
-        is_late = status == hybrid_astar.EXPANSION_BUDGET_SPENT
+        is_late = status == astar.EXPANSION_BUDGET_SPENT
         why = f"within max_planning_time = {limit:g} s" if is_late else "for a car that turns so"
         raise NoValidPathCouldBeFound(f"goal: not reachable {why}, after {expansions} expansions")
 

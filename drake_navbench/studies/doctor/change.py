@@ -114,7 +114,8 @@ def best_of(judged: Sequence[Judged]) -> Judged | None:
     """Returns the helping change that brings the fewest other symptoms; None if no change helps.
 
     Of several the one that leaves the fewest symptoms; a difference that may be chance is none, and
-    then the likelier cause stays first. What lacks trials may seem to leave fewer, and comes last.
+    then the likelier cause stays first. A judgement that lacks trials may seem to leave fewer, so
+    it comes last.
     """
     helping = [entry for entry in judged if entry.helps]
     helping = [entry for entry in helping if not entry.lacking] or helping

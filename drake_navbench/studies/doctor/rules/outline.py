@@ -28,7 +28,7 @@ def _body(f: Facts) -> Robot:
 
 
 def _is_smaller(f: Facts) -> bool:
-    """Tells whether the body reaches half a cell beyond the costmaps' outline: less none sees."""
+    """Tells whether the body reaches at least half a cell beyond the costmaps' outline."""
     if f.robot is None or not any(REACHES in remark for remark in f.doubts.values()):
         return False
     return reach_beyond_m(f.robot) >= 0.5 * f.number("local_costmap.resolution", 0.05)
