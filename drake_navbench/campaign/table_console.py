@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Mapping
 from itertools import pairwise
@@ -16,6 +17,7 @@ from rich.text import Text
 
 from drake_navbench.analysis.numbers import number
 from drake_navbench.analysis.tables import COUNT_UNIT, PRINTED, count_name, metrics_table
+from drake_navbench.analysis.verdicts import is_failed
 
 BEST_MARK = "★"
 NOBODY_IS_BEST: Mapping[str, str] = {}
@@ -41,11 +43,17 @@ class _Cells(NamedTuple):
 def print_first_column(console: Console, trials: pd.DataFrame) -> None:
     """Prints the trials of one controller, a line for each scenario.
 
+    Trials that did not reach their goal are only counted: if another controller reaches it, the
+    scenario's table leaves their metrics out, too.
+
     trials: rows as from `trial_row`, of one controller.
     """
     name = str(trials["controller"].iloc[0])
     scenarios = list(dict.fromkeys(trials["scenario"]))
-    tables = {one: metrics_table(trials, one, PRINTED)[name] for one in scenarios}
+    metrics = [metric for metric in PRINTED if metric in trials]
+    counted = trials.copy()
+    counted.loc[is_failed(trials), metrics] = math.nan
+    tables = {one: metrics_table(counted, one, PRINTED)[name] for one in scenarios}
     print_table(console, pd.DataFrame(tables), f"{name}, the first column", lines_of="scenario")
 
 

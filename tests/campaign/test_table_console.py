@@ -11,7 +11,7 @@ from rich.console import Console
 
 from drake_navbench.analysis.tables import published_rows
 from drake_navbench.campaign.console import PIPE_WIDTH, terminal
-from drake_navbench.campaign.table_console import name_lines, print_table
+from drake_navbench.campaign.table_console import name_lines, print_first_column, print_table
 
 CONTROLLERS = ("dwb", "rpp", "teb", "mppi", "mppi_nav2", "rpp:lookahead_dist=0.9", "a", "b")
 
@@ -128,3 +128,19 @@ def test_in_a_pipe_the_width_is_that_of_columns_where_it_is_given(columns, width
 )
 def test_a_long_name_is_broken_between_its_words(name, lines):
     assert name_lines(name).split("\n") == lines
+
+
+def test_the_first_column_shows_no_metrics_of_trials_that_gave_up():
+    rows = pd.DataFrame(
+        {
+            "scenario": ["doorway", "doorway", "box"],
+            "controller": "rpp",
+            "outcome": ["succeeded", "aborted", "aborted"],
+            "time_to_goal_s": [13.5, 2.25, 4.25],
+        }
+    )
+    stream = io.StringIO()
+    print_first_column(Console(file=stream, width=80, highlight=False, markup=False), rows)
+    assert "13.50" in stream.getvalue()
+    assert not re.search(r"2\.25|4\.25|7\.875", stream.getvalue())
+    assert re.search(r"box +0 +1 +–", stream.getvalue())
