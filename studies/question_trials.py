@@ -44,6 +44,16 @@ ROUNDED = "%.6g"
 # Verdicts that decide nothing.
 OPEN = (PairedVerdict.UNDECIDED, PairedVerdict.EQUAL, PairedVerdict.NO_VALUE)
 
+# The titles of outcomes and of metrics of the benchmark in the tables.
+TITLES = {
+    "touch_rate": "touches [%]",
+    "success_rate": "arrivals [%]",
+    "time_to_goal_s": "time to the goal [s]",
+    "min_clearance_m": "least clearance [m]",
+    "cross_track_error_rms_m": "off the path, r.m.s. [m]",
+    "angular_jerk_rms_radps3": "angular jerk, r.m.s. [rad/s³]",
+}
+
 Row = dict[str, Any]
 
 
@@ -194,6 +204,22 @@ def compared(
         "pairs": findings_table(found, titles),
         "more": more_trials_table(found, titles),
     }
+
+
+def compared_by_metrics(
+    rows: pd.DataFrame, pairs: Iterable[tuple[str, str]], names: Sequence[str]
+) -> dict[str, str]:
+    """Returns the tables of `compared` by touches, arrivals and metrics of the benchmark."""
+    metrics = [known for known in all_metrics() if known.name in names]
+    titles = {name: TITLES[name] for name in ("touch_rate", "success_rate", *names)}
+    return compared(rows, pairs, metrics, titles)
+
+
+def ends_cells(rows: pd.DataFrame, *, tests: int) -> list[str]:
+    """Returns the cells of the touches and of the arrivals of an arm; see `share_cell`."""
+    return [
+        share_cell(int(ends(rows).sum()), len(rows), tests=tests) for ends in (touched, arrived)
+    ]
 
 
 def findings_table(findings: Iterable[Finding], titles: Mapping[str, str]) -> str:
