@@ -124,9 +124,9 @@ class UpstreamTimedElasticBand:
         """Returns a cycle's band and command; raises InvalidPath and NoValidControl."""
         whole = observation.whole_plan
         if len(whole) == 0:
-            raise InvalidPath("plan is empty, expected at least one pose")
+            raise InvalidPath("plan: got no poses, expected at least one")
         if not np.isfinite(whole).all():
-            raise InvalidPath("plan holds a coordinate that is not finite")
+            raise InvalidPath("plan: got coordinates that are not finite, expected numbers")
         parameters = self._parameters
         begin = memory.plan_begin if observation.plan_id == memory.plan_id else 0
         plan = cut_local_plan(observation, parameters, begin)

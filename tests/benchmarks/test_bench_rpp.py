@@ -8,12 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from controller_scenes import observe, setup_of
 
-from drake_navbench.controller import ControllerSetup, Observation
 from drake_navbench.controllers.rpp import RegulatedPurePursuit, RegulatedPurePursuitParameters
-from drake_navbench.kernels.footprint import footprint_radii
 from drake_navbench.kernels.grid import Costmap
-from drake_navbench.kernels.read_only import read_only
 from drake_navbench.navigation.goal_checkers import SimpleGoalChecker, SimpleGoalCheckerParameters
 from drake_navbench.navigation.path_handler import PathHandler, PathHandlerParameters
 
@@ -30,24 +28,10 @@ def costmap():
 
 
 def test_bench_rpp_cycle(benchmark, costmap):
-    footprint = np.array([[0.86, 0.31], [0.86, -0.31], [-0.26, -0.31], [-0.26, 0.31]])
-    inscribed_radius_m, circumscribed_radius_m = footprint_radii(footprint)
-    setup = ControllerSetup(
-        control_period_s=0.05,
-        footprint=footprint,
-        inscribed_radius_m=inscribed_radius_m,
-        circumscribed_radius_m=circumscribed_radius_m,
-    )
+    setup = setup_of(np.array([[0.86, 0.31], [0.86, -0.31], [-0.26, -0.31], [-0.26, 0.31]]))
     controller = RegulatedPurePursuit(RegulatedPurePursuitParameters(), setup)
-    observation = Observation(
-        time_s=0.0,
-        pose=POSE,
-        twist=TWIST,
-        plan=read_only(PLAN[:41]),
-        plan_id=1,
-        costmap=costmap,
-        goal=PLAN[-1],
-    )
+    observation = observe(PLAN[:41], pose=POSE, twist=TWIST, costmap=costmap, goal=PLAN[-1])
+    observation.plan.flags.writeable = False
     memory = controller.initial_memory()
     controller.step(observation, memory)
     benchmark(controller.step, observation, memory)

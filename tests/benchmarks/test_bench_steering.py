@@ -7,7 +7,7 @@ controller.
 from __future__ import annotations
 
 import pytest
-from pursuit_scenes import arc_plan, make_costmap, make_setup, observe, turned_plan
+from controller_scenes import arc_plan, make_costmap, make_setup, observe, turned_plan
 
 from drake_navbench.inputs.presets import load_preset
 

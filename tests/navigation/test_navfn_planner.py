@@ -126,14 +126,6 @@ def test_up_to_iron_a_goal_on_the_last_position_is_a_further_pose(release, count
     np.testing.assert_allclose(at_goal[:, 2], [0.0, 0.7][-count:])
 
 
-def test_unknown_cells_are_crossed_where_they_are_allowed():
-    costs = free()
-    costs[:, 30] = UNKNOWN
-    assert len(plan(costs, (1.0, 2.0, 0.0), (5.0, 2.0, 0.0)))
-    with pytest.raises(NoValidPathCouldBeFound):
-        plan(costs, (1.0, 2.0, 0.0), (5.0, 2.0, 0.0), allow_unknown=False)
-
-
 def test_a_path_of_too_many_steps_is_none():
     # 3.3 m are 66 steps of half a cell; a map of 60 cells allows 60 or 240.
     with pytest.raises(NoValidPathCouldBeFound, match="no path leads back"):

@@ -117,14 +117,6 @@ def test_up_to_kilted_a_line_may_run_through_a_wall_one_cell_thick():
     assert (costs[rows, columns] == 0).all()
 
 
-def test_unknown_cells_are_crossed_where_they_are_allowed():
-    costs = free()
-    costs[:, 30] = UNKNOWN
-    assert len(plan(costs, (1.0, 2.0, 0.0), (5.0, 2.0, 0.0)))
-    with pytest.raises(NoValidPathCouldBeFound):
-        plan(costs, (1.0, 2.0, 0.0), (5.0, 2.0, 0.0), allow_unknown=False)
-
-
 def test_a_start_in_the_goals_cell_is_not_tested():
     costs = free()
     costs[20, 10] = INSCRIBED

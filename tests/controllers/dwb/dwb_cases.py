@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+from controller_scenes import observe as observe_plan
+from controller_scenes import setup_of
 from scenes import straight_plan
 
-from drake_navbench.controller import ControllerSetup, Observation
+from drake_navbench.controller import Observation
 from drake_navbench.controllers.dwb import DynamicWindowApproachParameters
 from drake_navbench.controllers.dwb.scene import Scene, Situation
 from drake_navbench.controllers.dwb.trajectories import Trajectories
@@ -38,12 +40,7 @@ BRINGUP = {
     "GoalDist": {"scale": 24.0},
 }
 RECTANGLE = np.array([[0.4, 0.2], [0.4, -0.2], [-0.2, -0.2], [-0.2, 0.2]])
-SETUP = ControllerSetup(
-    control_period_s=0.05,
-    footprint=RECTANGLE,
-    inscribed_radius_m=0.2,
-    circumscribed_radius_m=float(np.hypot(0.4, 0.2)),
-)
+SETUP = setup_of(RECTANGLE)
 
 
 def parameters(**changes) -> DynamicWindowApproachParameters:
@@ -65,16 +62,9 @@ def map_of(costs, *, resolution=1.0, origin=(0.0, 0.0)) -> Costmap:
 
 def observe(**changes) -> Observation:
     """Returns an observation of a robot at rest at the origin before a straight plan."""
-    known = {
-        "time_s": 0.0,
-        "pose": np.zeros(3),
-        "twist": np.zeros(2),
-        "plan": straight_plan(1.4),
-        "plan_id": 1,
-        "costmap": free_map(),
-        "goal": np.array([5.0, 0.0, 0.0]),
-    }
-    return Observation(**(known | changes))
+    plan = changes.pop("plan", straight_plan(1.4))
+    known = {"costmap": free_map(), "goal": np.array([5.0, 0.0, 0.0])}
+    return observe_plan(plan, **known | changes)
 
 
 def situate(**changes) -> Situation:

@@ -273,11 +273,6 @@ def test_cancelling_changes_nothing_where_switched_off(make_controller, observe)
 # Failures
 
 
-def test_an_empty_plan_is_invalid(make_controller, observe):
-    with pytest.raises(InvalidPath, match="got no poses"):
-        command(make_controller(), observe(np.zeros((0, 3))))
-
-
 def test_a_plan_of_one_pose_is_driven_to(make_controller, observe):
     # Carrot (0.5, 0), no length: v = 0.5 * 0.5 / 0.6.
     v, w = command(make_controller(), observe([[0.5, 0.0, 0.0]]))
