@@ -107,9 +107,9 @@ class Kept(NamedTuple):
 
 
 def drive_missing(study: Study, path: Path, *, jobs: int) -> None:
-    """Drives what a file of rows does not hold, unit by unit; writes each trial when it is over.
+    """Drives the trials that a file of rows lacks, seed by seed; writes each when it is over.
 
-    So a command that is stopped loses nothing, and whatever is there is paired but for one unit.
+    A command that is stopped loses no trial, and all seeds but the last one have every arm.
     """
     kept = read_rows(path) if path.exists() else pd.DataFrame({"arm": [], "seed": []})
     known = set(zip(kept["arm"], kept["seed"], strict=True))
@@ -169,12 +169,12 @@ def measures_of(log: TrialLog, names: Iterable[str]) -> Row:
 
 
 def metric(name: str, unit: str, relevant: float = 0.0) -> Metric:
-    """Returns a column of the rows as a metric of which less is better."""
+    """Returns a column of the rows as a metric: less is better."""
     return Metric(name, unit, Better.LOWER, lambda log: float("nan"), relevant=relevant)
 
 
 def contest(rows: pd.DataFrame, before: str, after: str) -> Contest:
-    """Returns two arms as a contest, paired by seed; its label names both."""
+    """Returns the contest of two arms, paired by seed; its label names both."""
     sides = [
         rows[rows["arm"] == name].assign(scenario="", controller="") for name in (before, after)
     ]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from controller_scenes import observe as observe_plan
 from controller_scenes import setup_of
 from scenes import straight_plan
@@ -18,29 +17,14 @@ from drake_navbench.controllers.mppi.lanes import pack
 from drake_navbench.controllers.mppi.motion_models import MotionModel
 from drake_navbench.controllers.mppi.parameters import MppiParameters
 from drake_navbench.controllers.mppi.sequence_rules import limits_of
+from drake_navbench.inputs.presets import preset_files
 from drake_navbench.kernels.footprint import circle_footprint, pad_footprint
 from drake_navbench.kernels.grid import Costmap
+from drake_navbench.typed_files.typed_yaml import read_yaml
 
 RESOLUTION = 0.05
 CELLS = 60
-BRINGUP = {
-    "batch_size": 2000,
-    "regenerate_noises": True,
-    "critics": [
-        "ConstraintCritic",
-        "CostCritic",
-        "GoalCritic",
-        "GoalAngleCritic",
-        "PathAlignCritic",
-        "PathFollowCritic",
-        "PathAngleCritic",
-        "PreferForwardCritic",
-    ],
-    "CostCritic": {"near_goal_distance": 1.0},
-    "PathAlignCritic": {"cost_weight": 14.0, "max_path_occupancy_ratio": 0.05},
-    "PathFollowCritic": {"offset_from_furthest": 5},
-    "PathAngleCritic": {"cost_weight": 2.0, "max_angle_to_furthest": 1.0},
-}
+BRINGUP = read_yaml(preset_files()["mppi_bringup"])["parameters"]
 
 
 def round_robot(**changes) -> ControllerSetup:
@@ -101,9 +85,3 @@ def observe(*, pose=(0.0, 0.0, 0.0), twist=(0.0, 0.0), plan=None, step=0, seed=1
     plan = straight_plan(1.45) if plan is None else plan
     cycle = {"time_s": 0.05 * step, "noise_key": NoiseKey(seed, 0, step)}
     return observe_plan(plan, pose=pose, twist=twist, costmap=costmap(costs), **cycle)
-
-
-@pytest.fixture
-def bringup():
-    """nav2_bringup's parameters as keyword arguments."""
-    return dict(BRINGUP)
