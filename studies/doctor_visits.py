@@ -137,7 +137,7 @@ def drivable_cases(
 ) -> list[tuple[Case, str]]:
     """Returns the cases of lists that can be driven, with their robots, in the lists' order.
 
-    Their class has a detector, but for late cycles, and their whole file is taken. left_out: ids.
+    Their class has a detector (late cycles do not count), and their file is whole. left_out: ids.
     """
     shown = {detector.symptom for detector in DETECTORS} - {Symptom.LATE_CYCLES}
     found: list[tuple[Case, str]] = []

@@ -146,7 +146,7 @@ def _placed(count: int, generator: np.random.Generator) -> Array:
 
 
 def _later(model: str, people: Array, ways: Array, speeds: Array, time_gap_s: float) -> Array:
-    """Returns (P, 8) the people a period later, in a corridor of which both ends are one place."""
+    """Returns (P, 8) the people a period later, in a corridor whose two ends are joined."""
     count = len(people)
     first = np.flatnonzero(people[:, X] < REACH_M)
     last = np.flatnonzero(people[:, X] > LENGTH_M - REACH_M)

@@ -87,7 +87,7 @@ def arms() -> list[Arm]:
 
 
 def with_checker(robot: Robot, parameters: Mapping[str, Any]) -> Robot:
-    """Returns a robot with another goal checker, of which the former leaves nothing."""
+    """Returns a robot with another goal checker, and no parameter of the former one."""
     data = robot.navigation.model_dump(mode="json", exclude_unset=True)
     data["goal_checker"] = dict(parameters)
     navigation = validate(NavigationSettings, data, "study: navigation")

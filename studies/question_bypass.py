@@ -16,16 +16,15 @@ from question_trials import (
     Row,
     Study,
     arrived,
-    compared,
+    compared_by_metrics,
+    ends_cells,
     measures_of,
     robot_in,
-    share_cell,
     spread,
     table,
     touched,
 )
 
-from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.inputs.scenario import Variation, load_scenario
 from drake_navbench.logs.log import TrialLog
 
@@ -122,15 +121,14 @@ def kept_of(log: TrialLog) -> Row:
 
 def tell(rows: pd.DataFrame) -> Mapping[str, str]:
     """Returns the tables of the page."""
-    lines, count = [], len(cells())
+    lines = []
     for scenario, setting, controller in cells():
         own = rows[rows["arm"] == f"{scenario} {setting.name} {controller}"]
         reached = own[arrived(own)]
         lines.append(
             [
                 *(f"`{scenario}`", setting.name, controller),
-                share_cell(int(touched(own).sum()), len(own), tests=count),
-                share_cell(int(arrived(own).sum()), len(own), tests=count),
+                *ends_cells(own, tests=len(cells())),
                 spread(own, "last_x_m", "{:.1f}"),
                 spread(reached, "time_to_goal_s", "{:.1f}"),
                 spread(own, "min_clearance_m", "{:.2f}"),
@@ -140,19 +138,7 @@ def tell(rows: pd.DataFrame) -> Mapping[str, str]:
         *("scenario", "settings", "controller", "touches", "arrivals", "ends at x [m]"),
         *("time to the goal [s]", "least clearance [m]"),
     ]
-    metrics = [known for known in all_metrics() if known.name in KEPT]
-    shown = {
-        "touch_rate": "touches [%]",
-        "success_rate": "arrivals [%]",
-        "time_to_goal_s": "time to the goal [s]",
-        "min_clearance_m": "least clearance [m]",
-        "cross_track_error_rms_m": "off the path, r.m.s. [m]",
-        "angular_jerk_rms_radps3": "angular jerk, r.m.s. [rad/s³]",
-    }
-    return {
-        "arms": table(titles, lines),
-        **compared(rows, pairs(), metrics, shown),
-    }
+    return {"arms": table(titles, lines)} | compared_by_metrics(rows, pairs(), KEPT)
 
 
 def draw(rows: pd.DataFrame) -> Figure:

@@ -12,16 +12,15 @@ from question_trials import (
     Row,
     Study,
     arrived,
-    compared,
+    compared_by_metrics,
+    ends_cells,
     measures_of,
     robot_in,
-    share_cell,
     spread,
     table,
     touched,
 )
 
-from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.inputs.scenario import load_scenario
 from drake_navbench.logs.log import TrialLog
 
@@ -115,7 +114,7 @@ def kept_of(log: TrialLog) -> Row:
 
 def tell(rows: pd.DataFrame) -> Mapping[str, str]:
     """Returns the tables of the page."""
-    lines, count = [], len(cells())
+    lines = []
     for cell in cells():
         own = rows[rows["arm"] == cell.arm]
         reached = own[arrived(own)]
@@ -125,8 +124,7 @@ def tell(rows: pd.DataFrame) -> Mapping[str, str]:
                 f"{cell.rate_hz}",
                 f"{cell.time_ms}",
                 f"{cell.batch}",
-                share_cell(int(touched(own).sum()), len(own), tests=count),
-                share_cell(int(arrived(own).sum()), len(own), tests=count),
+                *ends_cells(own, tests=len(cells())),
                 spread(reached, "time_to_goal_s", "{:.1f}"),
                 spread(reached, "min_clearance_m", "{:.2f}"),
             ]
@@ -135,18 +133,7 @@ def tell(rows: pd.DataFrame) -> Mapping[str, str]:
         *("scenario", "rate [Hz]", "cycle takes [ms]", "samples", "touches", "arrivals"),
         *("time to the goal [s]", "least clearance [m]"),
     ]
-    metrics = [m for m in all_metrics() if m.name in KEPT]
-    shown = {
-        "touch_rate": "touches [%]",
-        "success_rate": "arrivals [%]",
-        "time_to_goal_s": "time to the goal [s]",
-        "min_clearance_m": "least clearance [m]",
-        "angular_jerk_rms_radps3": "angular jerk, r.m.s. [rad/s³]",
-    }
-    return {
-        "arms": table(titles, lines),
-        **compared(rows, pairs(), metrics, shown),
-    }
+    return {"arms": table(titles, lines)} | compared_by_metrics(rows, pairs(), KEPT)
 
 
 def draw(rows: pd.DataFrame) -> Figure:

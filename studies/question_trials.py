@@ -44,6 +44,16 @@ ROUNDED = "%.6g"
 # Verdicts that decide nothing.
 OPEN = (PairedVerdict.UNDECIDED, PairedVerdict.EQUAL, PairedVerdict.NO_VALUE)
 
+# The titles of outcomes and of metrics of the benchmark in the tables.
+TITLES = {
+    "touch_rate": "touches [%]",
+    "success_rate": "arrivals [%]",
+    "time_to_goal_s": "time to the goal [s]",
+    "min_clearance_m": "least clearance [m]",
+    "cross_track_error_rms_m": "off the path, r.m.s. [m]",
+    "angular_jerk_rms_radps3": "angular jerk, r.m.s. [rad/s³]",
+}
+
 Row = dict[str, Any]
 
 
@@ -97,9 +107,9 @@ class Kept(NamedTuple):
 
 
 def drive_missing(study: Study, path: Path, *, jobs: int) -> None:
-    """Drives what a file of rows does not hold, unit by unit; writes each trial when it is over.
+    """Drives the trials that a file of rows lacks, seed by seed; writes each when it is over.
 
-    So a command that is stopped loses nothing, and whatever is there is paired but for one unit.
+    A command that is stopped loses no trial, and all seeds but the last one have every arm.
     """
     kept = read_rows(path) if path.exists() else pd.DataFrame({"arm": [], "seed": []})
     known = set(zip(kept["arm"], kept["seed"], strict=True))
@@ -159,12 +169,12 @@ def measures_of(log: TrialLog, names: Iterable[str]) -> Row:
 
 
 def metric(name: str, unit: str, relevant: float = 0.0) -> Metric:
-    """Returns a column of the rows as a metric of which less is better."""
+    """Returns a column of the rows as a metric: less is better."""
     return Metric(name, unit, Better.LOWER, lambda log: float("nan"), relevant=relevant)
 
 
 def contest(rows: pd.DataFrame, before: str, after: str) -> Contest:
-    """Returns two arms as a contest, paired by seed; its label names both."""
+    """Returns the contest of two arms, paired by seed; its label names both."""
     sides = [
         rows[rows["arm"] == name].assign(scenario="", controller="") for name in (before, after)
     ]
@@ -194,6 +204,22 @@ def compared(
         "pairs": findings_table(found, titles),
         "more": more_trials_table(found, titles),
     }
+
+
+def compared_by_metrics(
+    rows: pd.DataFrame, pairs: Iterable[tuple[str, str]], names: Sequence[str]
+) -> dict[str, str]:
+    """Returns the tables of `compared` by touches, arrivals and metrics of the benchmark."""
+    metrics = [known for known in all_metrics() if known.name in names]
+    titles = {name: TITLES[name] for name in ("touch_rate", "success_rate", *names)}
+    return compared(rows, pairs, metrics, titles)
+
+
+def ends_cells(rows: pd.DataFrame, *, tests: int) -> list[str]:
+    """Returns the cells of the touches and of the arrivals of an arm; see `share_cell`."""
+    return [
+        share_cell(int(ends(rows).sum()), len(rows), tests=tests) for ends in (touched, arrived)
+    ]
 
 
 def findings_table(findings: Iterable[Finding], titles: Mapping[str, str]) -> str:

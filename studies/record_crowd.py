@@ -61,7 +61,7 @@ def crowd() -> WalkingPeople:
 
 
 def main() -> None:
-    """Makes people walk and writes who is seen when."""
+    """Simulates the crowd and writes the people in the camera's view."""
     argparse.ArgumentParser(description=__doc__).parse_args()
     people = crowd()
     world = load_scenario(SCENARIO).known_world

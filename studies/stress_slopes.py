@@ -65,7 +65,7 @@ AXES = {
 
 
 class Metric(NamedTuple):
-    """A quantity on the page: its name, heading, digits, and what it is divided by."""
+    """A quantity on the page: its name, heading, digits, and the unit it is told in."""
 
     name: str
     heading: str
@@ -171,7 +171,7 @@ def picture(found: Findings, controllers: list[str]) -> Figure:
 
 
 def section(found: Findings, metric: Metric, controllers: list[str]) -> list[str]:
-    """Returns the table of the fields to which a controller answers, and the other fields."""
+    """Returns the table of the fields that change this metric of a controller, and the others."""
     lines = [f"## {metric.heading[0].upper()}{metric.heading[1:]}", ""]
     lines += [f"| field | {' | '.join(f'`{name}`' for name in controllers)} |"]
     lines += [f"|{'---|' * (len(controllers) + 1)}"]

@@ -1,4 +1,4 @@
-"""What tests all over the suite place in a scene: a straight plan, and the wheelchair's outline."""
+"""What tests all over the suite drive: a straight plan, the wheelchair's outline, a scenario."""
 
 from __future__ import annotations
 
@@ -7,6 +7,14 @@ import numpy as np
 # The published wheelchair: 1.1 m x 0.6 m, its base frame 0.25 m ahead of the rear edge. (4, 2) m.
 WHEELCHAIR = np.array([[0.85, 0.3], [0.85, -0.3], [-0.25, -0.3], [-0.25, 0.3]])
 WHEELCHAIR.flags.writeable = False
+# The fields of a scenario of some seconds.
+SHORT_DRIVE = {
+    "name": "short",
+    "description": "round a corner",
+    "plan": {"type": "polyline", "points": [[0.0, 0.0], [1.0, 0.0], [1.5, 0.5]]},
+    "goal": (1.5, 0.5, 0.8),
+    "timeout_s": 8.0,
+}
 
 
 def straight_plan(

@@ -2,8 +2,8 @@
 
 Unlike the path handler's local plan since then, it begins up to `prune_distance` behind the robot,
 at the first pose that is near enough, not at the nearest one, and ends by the distance from the
-robot. Source: dwb_core (DWBLocalPlanner::transformGlobalPlan), branches humble to kilted, in
-some of which exceptions have other names, to the same effect.
+robot. Source: dwb_core (DWBLocalPlanner::transformGlobalPlan), branches humble to kilted; some
+name their exceptions differently, to the same effect.
 """
 
 from __future__ import annotations

@@ -106,7 +106,7 @@ class ExternalController:
         self._client.stop()
 
     def _tell_plan(self, observation: Observation) -> None:
-        """Sends the global plan to the client, where it does not have it yet."""
+        """Sends the global plan to the client, unless the client has it."""
         known = self._known_plan
         plan_id, plan = observation.plan_id, observation.global_plan
         if known is None or known[0] != plan_id or known[1] is not plan:

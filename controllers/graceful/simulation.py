@@ -163,7 +163,7 @@ def simulate(settings, scene, target_x, target_y, target_yaw, max_v, backward, m
 
 @njit(cache=True)
 def drive_to(settings, scene, target_x, target_y, target_yaw, distance, may_turn_first):
-    """Returns the fastest free Drive to a target, else one that is not free, as for far targets.
+    """Returns the fastest free Drive to a target; one with `is_free` False where there is none.
 
     distance: to the target along the plan, m; targets beyond max_lookahead are far.
     """

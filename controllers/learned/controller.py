@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from drake_navbench.controller import ControllerSetup, Decision, Observation
+from drake_navbench.controller import ControllerSetup, Decision, InvalidPath, Observation
 from drake_navbench.controllers.learned.features import (
     SECTOR_COUNT,
     features,
@@ -42,7 +42,9 @@ class LearnedPolicy:
         return
 
     def step(self, observation: Observation, memory: None) -> Decision:
-        """Returns the command of one cycle; there always is one."""
+        """Returns the command of one cycle; raises InvalidPath for a plan without poses."""
+        if len(observation.plan) == 0:
+            raise InvalidPath("plan: got no poses, expected at least one")
         x, y, yaw = observation.pose.tolist()
         goal = to_robot_frame(observation.plan[-1:], x, y, yaw)[0]
         closeness = sector_closeness(

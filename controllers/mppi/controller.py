@@ -34,7 +34,7 @@ from drake_navbench.kernels.speed_limit import speed_limit_ratio
 
 # Names the two ways of drawing noise in its key, so that they never share numbers.
 _FIXED, _REGENERATED = 0, 1
-# Times are told in whole nanoseconds; a pause as long as `reset_period` is none.
+# Times are whole nanoseconds; only a pause longer than `reset_period` resets.
 _SLACK_S = 0.5e-9
 
 

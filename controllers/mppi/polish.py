@@ -1,8 +1,8 @@
 """The polish: a small nonlinear program that refines the sampled control sequence.
 
 Sampling finds the basin; the program makes the result feasible and smooth. Its variables are the
-control points of two clamped cubic B-splines, v and w over the horizon, but for each one's first,
-which is the speed now. They start at the least-squares fit of the sampled sequence: their deviation
+control points of two clamped cubic B-splines, v and w over the horizon, without the first of each,
+the present speed. They start at the least-squares fit of the sampled sequence: their deviation
 from it is the correction. A B-spline stays in the hull of its control points and its derivative in
 the hull of their scaled differences, so bounds on the points and one linear row a difference bound
 velocity and acceleration. Built as a Drake MathematicalProgram once, updated in place, solved by

@@ -124,7 +124,7 @@ def _fill_accelerations(first_row, rates, start, end, slopes, time_steps, values
 def _fill_pose_clearances(first_row, i, poses, discs, obstacles, share, slack, rows):
     """Fills one row for each disc at pose i: its distance to obstacles plus its slack.
 
-    obstacles: their distance field, and (x, y) m by which they lie farther than it says. rows: all
+    obstacles: their distance field, and their shift (x, y) from where it has them, m. rows: all
     values and the Jacobian.
     """
     (field, shift), (values, jacobian) = obstacles, rows

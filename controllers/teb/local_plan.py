@@ -86,9 +86,9 @@ def cut_local_plan(
     """Returns the next max_global_plan_lookahead_dist of the plan; raises InvalidPath if empty."""
     plan = observation.plan
     if len(plan) == 0:
-        raise InvalidPath("plan is empty, expected at least one pose")
+        raise InvalidPath("plan: got no poses, expected at least one")
     if not np.isfinite(plan).all():
-        raise InvalidPath("plan holds a coordinate that is not finite")
+        raise InvalidPath("plan: got coordinates that are not finite, expected numbers")
     nearest = int(np.argmin(np.sum((plan[:, :2] - observation.pose[:2]) ** 2, axis=1)))
     poses = plan[nearest:]
     if parameters.max_global_plan_lookahead_dist > 0.0:

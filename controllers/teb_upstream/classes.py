@@ -164,7 +164,7 @@ class ClassSearch:
     def plan_numbers(self) -> tuple[int, ...]:
         """Returns the numbers of the bands that count as the global plan's, the first that exists.
 
-        They are its own band, where it was added in this cycle, and those of its class.
+        These are the band made from the plan in this cycle, if any, and all of its class.
         """
         own = (self._plan_number,) if self._plan_number >= 0 else ()
         return own + tuple(band.number for band, follows in self.candidates() if follows)

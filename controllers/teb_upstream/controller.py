@@ -46,9 +46,10 @@ TURNING_RADIUS_RATIO = 0.95
 
 
 class Cycle(NamedTuple):
-    """The outcome of one cycle; memory: for the next one, but for `planner` and `last_command`.
+    """The outcome of one cycle.
 
     remembered: (2,) the command as the original sends it; see `TebUpstreamMemory.last_command`.
+    memory: the memory for the next cycle, but with this cycle's `planner` and `last_command`.
     """
 
     scene: Scene
@@ -124,9 +125,9 @@ class UpstreamTimedElasticBand:
         """Returns a cycle's band and command; raises InvalidPath and NoValidControl."""
         whole = observation.whole_plan
         if len(whole) == 0:
-            raise InvalidPath("plan is empty, expected at least one pose")
+            raise InvalidPath("plan: got no poses, expected at least one")
         if not np.isfinite(whole).all():
-            raise InvalidPath("plan holds a coordinate that is not finite")
+            raise InvalidPath("plan: got coordinates that are not finite, expected numbers")
         parameters = self._parameters
         begin = memory.plan_begin if observation.plan_id == memory.plan_id else 0
         plan = cut_local_plan(observation, parameters, begin)
@@ -206,7 +207,7 @@ class UpstreamTimedElasticBand:
         raise NoValidControl("no band is free of collision")
 
     def _command(self, band: Trajectory, parameters: TebUpstreamParameters) -> tuple[Array, Array]:
-        """Returns (2,) v m/s, w rad/s within the cycle's limits, and (2,) as it is remembered."""
+        """Returns the command (2,) v m/s, w rad/s within the limits, and (2,) as remembered."""
         is_valid, speed, rate = band_command(
             band.poses, band.time_steps, parameters.control_look_ahead_poses, parameters.dt_ref
         )

@@ -283,11 +283,11 @@ def _most_new_states(motions, expansion, goal_count):
 def search(body, motions, rules, expansion, heuristics, start, goal, slots):
     """Returns (status, path (N, 3) float32 in cells and rad, expansions).
 
-    A path that is FOUND without poses is none: the start is a goal. heuristics: for this goal, a
-    point's ways round obstacles and a car's ways on an empty floor; both are filled in as the
-    search needs them. start: (3,) float32, cells and bin. goal: its place, (2,) float32, and the
-    headings that it may have, (G,) int64 in Nav2's order. slots: (columns * rows * bins,) int32,
-    all 0, written.
+    FOUND with an empty path means that the start is a goal; that counts as no path. heuristics: for
+    this goal, a point's ways round obstacles and a car's ways on an empty floor; both are filled in
+    as the search needs them. start: (3,) float32, cells and bin. goal: its place, (2,) float32, and
+    the headings that it may have, (G,) int64 in Nav2's order. slots: (columns * rows * bins,)
+    int32, all 0, written.
     """
     graph = new_graph(slots)
     first = _state_of(graph, body, motions.bins, start)

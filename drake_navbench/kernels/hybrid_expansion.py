@@ -151,7 +151,7 @@ def curve_to(graph, body, motions, rules, state, goal, radius):
 
 @njit(cache=True)
 def _is_cheap(graph, motions, rules, states, length):
-    """Tells whether a curve keeps out of high costs, but for an end that lies in them."""
+    """Tells whether a curve has low costs; only its end may lie in high ones."""
     has_left = False
     for k in range(states.size - 1, -1, -1):
         cost = graph.states[states[k]].cost

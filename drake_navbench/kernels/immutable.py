@@ -9,7 +9,7 @@ class Immutable:
     """Base of frozen payloads.
 
     Drake deep-copies a system's abstract state at every unrestricted update and whenever a Context
-    is cloned. A payload that cannot change may stand for its own copy.
+    is cloned. A payload that cannot change is its own copy.
     """
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:

@@ -205,7 +205,7 @@ def lattice_line_of_sight(costs, column_0, row_0, column_1, row_1, may_cross, cr
 
 @njit(cache=True, error_model="numpy")
 def _reset_parent(costs, cell, tables, weights, goal, reached, by_lattice):
-    """Gives a cell its parent's parent, where it sees it and comes cheaper from there.
+    """Makes a cell's grandparent its parent, where it is in sight and the way is cheaper.
 
     weights: w_euc_cost and the heuristic's. goal: (column, row). reached: g, f and
     parents of all cells, which change. by_lattice: see cells by `lattice_line_of_sight`.

@@ -187,8 +187,8 @@ def _in_voxels(grid, x, y, z):
 def _ray_end(grid, origin, point):
     """Returns (x, y, z) where the ray from a sensor to a point ends, m.
 
-    That is two cells before the point, or the sensor itself where the point is nearer; and where it
-    leaves the grid, but for a margin.
+    That is two cells before the point, or at the sensor where the point is nearer than that. A ray
+    that leaves the grid ends a margin before its edge.
     """
     rows, columns = grid.costs.shape
     x_0, y_0, z_0 = origin[0], origin[1], origin[2]

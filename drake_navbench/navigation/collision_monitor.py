@@ -105,7 +105,7 @@ class CollisionMonitor:
     def _look_at(
         self, name: str, state: ShapeState, command: Command, points: Array
     ) -> tuple[ShapeState, Command | None]:
-        """Returns the shape's state, and what it lets pass of a command; None: all of it."""
+        """Returns the shape's state, and the command that it allows; None: as it came."""
         shape = self._parameters.polygons[name]
         state, vertices, radius = self._geometry(name, state, command)
         if shape.action_type == "none" or (not len(vertices) and radius == 0.0):

@@ -120,8 +120,8 @@ class MissionFollower(WaypointFollower):
 
     A leg to a lift that ends at its stop is followed by the ride: a pause that lasts as long, up to
     the navigator's next tick, one tick at least. The floor changes `lead_s` before that tick, which
-    then finds the world of the new floor. The mission ends where a lift does not come, and where a
-    leg does not reach its lift, whatever stop_on_failure says.
+    then finds the world of the new floor. The mission ends if a lift does not come or a leg does
+    not reach its lift, even without stop_on_failure.
 
     tick_s: between two ticks of the navigator.
     """

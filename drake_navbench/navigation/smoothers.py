@@ -38,9 +38,10 @@ class SimpleSmoother:
     """Relaxes a path. Parts of four poses or fewer, up to Iron of ten, stay as they are.
 
     Where a point would enter an inscribed or lethal cell, its part keeps the last sweep that was
-    free. In Humble all parts together have the refinements that each has since, and parts behind
-    one whose first pass meets an obstacle stay as they are. Iron refuses a path of which no part is
-    smoothed. Nav2's time limit (SmootherTimedOut) has no counterpart: `max_its` bounds the work.
+    free. In Humble all parts share one number of refinements, since Iron each has as many; and in
+    Humble the parts behind one whose first pass meets an obstacle stay as they are. Iron refuses a
+    path without a smoothed part. Nav2's time limit (SmootherTimedOut) has no counterpart: `max_its`
+    bounds the work.
     """
 
     nav2_plugin = "nav2_smoother::SimpleSmoother"

@@ -105,7 +105,7 @@ class ContactWatch:
     def look(self, time_s: float, state: Array, people: Array | None = None) -> None:
         """Looks for a touch at the end of a step, at `state` (6,), and within it if need be.
 
-        people: (P, 3) x m, y m, yaw rad at the end of the step, to which they went straight.
+        people: (P, 3) x m, y m, yaw rad at the end of the step; during it they walk straight.
         """
         if self.moving is not None:
             self.moving.note_people(time_s, people)
@@ -207,7 +207,7 @@ class MovingContact:
         self.top_speed_mps = max(world.moving.top_speed_mps, world.people.top_speed_mps)
 
     def note_people(self, time_s: float, people: Array | None) -> None:
-        """Notes the places (P, 3) to which people have come since the last look."""
+        """Notes the poses (P, 3) of people, and with them their motion since the last look."""
         if self._are_recorded or people is None or not len(people):
             return
         knots = np.empty((2 * len(people), 4))

@@ -1,4 +1,4 @@
-"""Draws tasks on a map: starts and goals that a robot can stand on, and get from one to the other.
+"""Draws tasks on a map: a start and a goal where the robot fits, and a way between them.
 
 A cell is passable where the robot's centre is farther from occupied or unknown cells than its
 inscribed radius, as costmaps inflate; starts and goals keep the circumscribed radius of outline and

@@ -265,7 +265,7 @@ def _unprefixed(rows: frozenset[Row], prefix: str) -> frozenset[Row]:
 
 
 def _fields(part: Field) -> Iterator[tuple[str, Field]]:
-    """Yields the fields of one kind of a block but the one by which a file chooses the kind."""
+    """Yields the fields of one kind of a block, without the field that chooses the kind."""
     chosen = _choice(part)
     for name, field in part.get("properties", {}).items():
         if not chosen.startswith(f"{name}:"):

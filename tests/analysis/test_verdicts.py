@@ -35,6 +35,16 @@ def test_a_clear_lead_is_named_with_its_gap():
     assert "in 3 trials" in found.text
 
 
+def test_who_touched_something_is_first_and_not_best_whatever_its_name():
+    rows = trials(best_yet=[10.0, 10.1, 9.9], dwb=[12.0, 12.2, 11.8])
+    found = verdict(rows, "empty", time_s, touches={"best_yet": 1})
+    assert (found.standing, found.best) == (FirstPlace.TOUCHED, None)
+    assert found.text.startswith("best_yet is first: 10 s; next dwb, +2 s [")
+    assert found.text.endswith(
+        "; but best_yet touched something in 1 trial, so that nobody is best"
+    )
+
+
 def test_a_lead_within_the_noise_is_not_claimed_and_the_trials_needed_are_told():
     found = verdict(trials(rpp=[10.0, 12.0, 11.0], dwb=[12.0, 11.0, 11.5]), "empty", time_s)
     assert found.best is None

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from controller_scenes import observe, setup_of
 from scenes import WHEELCHAIR, straight_plan
 
-from drake_navbench.controller import ControllerSetup, Observation
 from drake_navbench.inputs.presets import load_preset
-from drake_navbench.kernels.footprint import footprint_radii, pad_footprint
+from drake_navbench.kernels.footprint import pad_footprint
 from drake_navbench.kernels.grid import Costmap
 
 RESOLUTION_M = 0.05
@@ -14,27 +14,18 @@ RESOLUTION_M = 0.05
 
 def controller_of(preset_name):
     """Returns a preset's controller for the wheelchair."""
-    footprint = pad_footprint(WHEELCHAIR, 0.01)
-    inscribed, circumscribed = footprint_radii(footprint)
-    setup = ControllerSetup(
-        control_period_s=0.05,
-        footprint=footprint,
-        inscribed_radius_m=inscribed,
-        circumscribed_radius_m=circumscribed,
-    )
     preset = load_preset(preset_name)
+    setup = setup_of(pad_footprint(WHEELCHAIR, 0.01))
     return preset.controller_class(preset.parameters, setup)
 
 
 def observation_of(costs):
     """Returns a robot driving at 0.3 m/s in the middle of a map, its plan straight ahead."""
     half_m = 0.5 * costs.shape[0] * RESOLUTION_M
-    return Observation(
-        time_s=0.0,
-        pose=np.array([0.01, 0.02, 0.1]),
-        twist=np.array([0.3, 0.0]),
-        plan=straight_plan(half_m - 0.05),
-        plan_id=1,
+    return observe(
+        straight_plan(half_m - 0.05),
+        pose=(0.01, 0.02, 0.1),
+        twist=(0.3, 0.0),
         costmap=Costmap(costs, -half_m, -half_m, RESOLUTION_M),
         goal=np.array([5.0, 0.0, 0.0]),
     )

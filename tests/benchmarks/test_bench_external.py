@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from controller_scenes import observe, setup_of
 
-from drake_navbench.controller import ControllerSetup, Observation
 from drake_navbench.controllers.external import ExternalController
 from drake_navbench.kernels.grid import Costmap
 
@@ -21,23 +21,12 @@ COMPILER = shutil.which("c++")
 def test_bench_external_cycle(benchmark, tmp_path):
     program = tmp_path / "carrot_client"
     subprocess.run([COMPILER, "-std=c++17", "-O2", "-o", program, SOURCE], check=True)
-    setup = ControllerSetup(
-        control_period_s=0.05,
-        footprint=np.array([[0.3, 0.2], [0.3, -0.2], [-0.3, -0.2], [-0.3, 0.2]]),
-        inscribed_radius_m=0.2,
-        circumscribed_radius_m=0.36,
-    )
+    setup = setup_of(np.array([[0.3, 0.2], [0.3, -0.2], [-0.3, -0.2], [-0.3, 0.2]]))
     controller = ExternalController(ExternalController.Parameters(command=str(program)), setup)
     plan = np.column_stack([np.arange(0.0, 1.5, 0.05), np.zeros((30, 2))])
-    observation = Observation(
-        time_s=1.0,
-        pose=np.array([0.0, 0.1, 0.1]),
-        twist=np.array([0.3, 0.0]),
-        plan=plan,
-        plan_id=1,
-        costmap=Costmap(np.zeros((60, 60), np.uint8), -1.5, -1.5, 0.05),
-        goal=plan[-1],
-        global_plan=plan,
+    costmap = Costmap(np.zeros((60, 60), np.uint8), -1.5, -1.5, 0.05)
+    observation = observe(
+        plan, pose=(0.0, 0.1, 0.1), twist=(0.3, 0.0), costmap=costmap, global_plan=plan
     )
     memory = controller.initial_memory()
     decision = benchmark(controller.step, observation, memory)

@@ -16,7 +16,8 @@ from drake_navbench.inputs.presets import load_preset
 from drake_navbench.kernels.distance_field import distance_field
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "controllers" / "teb"))
-from teb_closed_loop import PERIOD_S, drive, plan_from_elements, wheelchair_setup, window
+from controller_scenes import make_setup
+from teb_closed_loop import PERIOD_S, drive, plan_from_elements, window
 
 BENDS = [("s", 2.7), ("a", 45, 0.7), ("s", 1.2), ("a", -45, 0.7), ("s", 1.4), ("a", -45, 0.7)]
 BENDS += [("s", 2.1), ("a", 45, 0.7), ("s", 2.0)]
@@ -24,7 +25,7 @@ BOX_COUNT = 20
 
 
 def make_controller():
-    return TimedElasticBand(load_preset("teb").parameters, wheelchair_setup())
+    return TimedElasticBand(load_preset("teb").parameters, make_setup())
 
 
 def boxes_beside(plan):

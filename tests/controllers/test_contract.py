@@ -13,19 +13,19 @@ from dataclasses import fields, is_dataclass, replace
 
 import numpy as np
 import pytest
+from controller_scenes import observe, setup_of
 from scenes import straight_plan
 
 from drake_navbench.controller import (
     Controller,
     ControllerError,
-    ControllerSetup,
     Decision,
+    InvalidPath,
     NoiseKey,
     Observation,
 )
 from drake_navbench.explanation import ExplainingController
 from drake_navbench.inputs.presets import load_preset, preset_files
-from drake_navbench.kernels.footprint import footprint_radii
 from drake_navbench.kernels.grid import Costmap
 
 # Controllers of which the mirrored world may give another command, and why.
@@ -55,25 +55,16 @@ COMMAND_MIRROR = np.array([1.0, -1.0, -1.0])
 PRESETS = sorted(preset_files())
 
 
-def make_setup(*, lateral_mps: float = 0.0, wants_diagnostics: bool = False) -> ControllerSetup:
-    footprint = np.array([[0.86, 0.31], [0.86, -0.31], [-0.26, -0.31], [-0.26, 0.31]])
-    footprint.flags.writeable = False
-    inscribed_radius_m, circumscribed_radius_m = footprint_radii(footprint)
-    return ControllerSetup(
-        control_period_s=PERIOD_S,
-        footprint=footprint,
-        inscribed_radius_m=inscribed_radius_m,
-        circumscribed_radius_m=circumscribed_radius_m,
-        max_lateral_velocity_mps=lateral_mps,
-        wants_diagnostics=wants_diagnostics,
-    )
+FOOTPRINT = np.array([[0.86, 0.31], [0.86, -0.31], [-0.26, -0.31], [-0.26, 0.31]])
+FOOTPRINT.flags.writeable = False
 
 
 def make_controller(preset: str, **setup) -> Controller:
     """A preset's controller; one that moves sideways is for a base that can."""
     loaded = load_preset(preset)
     lateral_mps = loaded.parameters.asked_speeds().max_lateral_mps or 0.0
-    return loaded.controller_class(loaded.parameters, make_setup(lateral_mps=lateral_mps, **setup))
+    robot = setup_of(FOOTPRINT, max_lateral_velocity_mps=lateral_mps, **setup)
+    return loaded.controller_class(loaded.parameters, robot)
 
 
 def make_costmap(obstacles=()) -> Costmap:
@@ -94,22 +85,13 @@ def make_costmap(obstacles=()) -> Costmap:
 
 
 def make_observation(plan, *, pose, twist=(0.0, 0.0), obstacles=(), **values) -> Observation:
-    arrays = {
-        "pose": np.array(pose, dtype=float),
-        "twist": np.array(twist, dtype=float),
-        "plan": np.array(plan, dtype=float),
-    }
-    arrays["goal"] = arrays["plan"][-1].copy()
-    for array in arrays.values():
-        array.flags.writeable = False
-    return Observation(
-        time_s=1.0,
-        plan_id=1,
-        costmap=make_costmap(obstacles),
-        noise_key=NoiseKey(seed=3, stream=1, step=20),
-        **arrays,
-        **values,
+    key, costmap = NoiseKey(seed=3, stream=1, step=20), make_costmap(obstacles)
+    seen = observe(
+        plan, pose=pose, twist=twist, time_s=1.0, costmap=costmap, noise_key=key, **values
     )
+    for array in (seen.pose, seen.twist, seen.goal, seen.plan):
+        array.flags.writeable = False
+    return seen
 
 
 # Everything lies inside cells, off the lines between them, so that the mirrored world has it in the
@@ -250,7 +232,7 @@ def test_a_controller_has_what_the_interface_asks_for(controller):
 
 def test_commands_are_finite_and_within_the_limits_of_the_base(preset, usual, situation):
     lateral_mps = load_preset(preset).parameters.asked_speeds().max_lateral_mps or 0.0
-    setup = make_setup()
+    setup = setup_of(FOOTPRINT)
     results = usual[situation]
     assert isinstance(results[0], Decision), results[0]
     for result in results:
@@ -283,6 +265,12 @@ def test_the_same_inputs_give_the_same_decision_whatever_came_between(controller
 def test_a_fresh_controller_decides_alike(preset, usual, situation, observation):
     fresh = drive(make_controller(preset), observation)
     assert all_contents(fresh) == all_contents(usual[situation])
+
+
+def test_a_plan_without_poses_is_invalid(controller):
+    empty = observe(np.empty((0, 3)), costmap=make_costmap())
+    with pytest.raises(InvalidPath, match="poses"):
+        controller.step(empty, controller.initial_memory())
 
 
 @pytest.fixture(scope="module")

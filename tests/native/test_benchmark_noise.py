@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from controller_scenes import observe
 
 from drake_navbench.commands.main import main
-from drake_navbench.controller import Observation
 from drake_navbench.controllers.external import ExternalController
 from drake_navbench.controllers.mppi.lanes import unpack
 from drake_navbench.controllers.mppi.noise import Noise
@@ -20,17 +20,8 @@ from drake_navbench.trial.column_controller import controller_setup
 KEY = NoiseKey(seed=5, stream=4, step=17)
 SAMPLES, STEPS = 70, 3
 PLAN = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
-OBSERVATION = Observation(
-    time_s=0.25,
-    pose=np.zeros(3),
-    twist=np.zeros(2),
-    plan=PLAN,
-    plan_id=1,
-    costmap=Costmap(np.zeros((60, 60), np.uint8), -1.5, -1.5, 0.05),
-    goal=PLAN[-1],
-    global_plan=PLAN,
-    noise_key=KEY,
-)
+FREE = Costmap(np.zeros((60, 60), np.uint8), -1.5, -1.5, 0.05)
+OBSERVATION = observe(PLAN, time_s=0.25, costmap=FREE, global_plan=PLAN, noise_key=KEY)
 
 
 @pytest.fixture

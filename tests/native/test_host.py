@@ -8,16 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from controller_scenes import observe, setup_of
+from scenes import SHORT_DRIVE
 
 from drake_navbench import run_trial
-from drake_navbench.controller import (
-    ControllerError,
-    ControllerSetup,
-    InvalidPath,
-    NoValidControl,
-    Observation,
-    SpeedLimit,
-)
+from drake_navbench.controller import ControllerError, InvalidPath, NoValidControl, SpeedLimit
 from drake_navbench.controllers.external import ExternalController
 from drake_navbench.controllers.external.client_process import ExternalControllerFailed
 from drake_navbench.errors import InputError, InputWarning
@@ -29,30 +24,11 @@ from drake_navbench.logs.log_columns import UNREPEATABLE_COLUMNS
 from drake_navbench.logs.outcome import Outcome
 from drake_navbench.trial.column_controller import check_controller
 
-SETUP = ControllerSetup(
-    control_period_s=0.05,
-    footprint=np.array([[0.3, 0.2], [0.3, -0.2], [-0.3, -0.2], [-0.3, 0.2]]),
-    inscribed_radius_m=0.2,
-    circumscribed_radius_m=0.36,
-)
+SETUP = setup_of(np.array([[0.3, 0.2], [0.3, -0.2], [-0.3, -0.2], [-0.3, 0.2]]))
 PLAN = np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [1.0, 0.0, 0.1]])
-SCENARIO = Scenario(
-    name="short",
-    description="round a corner",
-    plan={"type": "polyline", "points": [[0.0, 0.0], [1.0, 0.0], [1.5, 0.5]]},
-    goal=(1.5, 0.5, 0.8),
-    timeout_s=8.0,
-)
-OBSERVATION = Observation(
-    time_s=0.25,
-    pose=np.array([0.0, 0.0, 0.0]),
-    twist=np.array([0.1, 0.0]),
-    plan=PLAN,
-    plan_id=1,
-    costmap=Costmap(np.zeros((60, 60), np.uint8), -1.5, -1.5, 0.05),
-    goal=PLAN[-1],
-    global_plan=PLAN,
-)
+SCENARIO = Scenario(**SHORT_DRIVE)
+FREE = Costmap(np.zeros((60, 60), np.uint8), -1.5, -1.5, 0.05)
+OBSERVATION = observe(PLAN, time_s=0.25, twist=(0.1, 0.0), costmap=FREE, global_plan=PLAN)
 
 
 @pytest.fixture

@@ -10,7 +10,11 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.navigation_settings import NavigationSettings
 from drake_navbench.kernels.footprint import circle_footprint
 from drake_navbench.kernels.grid import Costmap
-from drake_navbench.navigation.planner import GoalOutsideMapBounds, StartOutsideMapBounds
+from drake_navbench.navigation.planner import (
+    GoalOutsideMapBounds,
+    NoValidPathCouldBeFound,
+    StartOutsideMapBounds,
+)
 from drake_navbench.navigation.planner_settings import PLANNERS, make_planner
 from drake_navbench.navigation.smac_planner_2d_parameters import SmacPlanner2DParameters
 from drake_navbench.typed_files.typed_yaml import validate
@@ -67,13 +71,14 @@ def test_the_same_request_gives_the_same_path(plugin):
 
 
 @every_planner
-def test_requests_off_the_map_are_refused(plugin):
+def test_requests_off_the_map_are_refused_start_first(plugin):
     planner = planner_of(plugin)
     with pytest.raises(StartOutsideMapBounds, match="start: found") as caught:
-        planner.plan(room(), (-1.01, 0.0, 0.0), GOAL)
+        planner.plan(room(), (-1.01, 0.0, 0.0), (99.0, 0.0, 0.0))
     assert caught.value.code == 203
     with pytest.raises(GoalOutsideMapBounds, match="goal: found") as caught:
-        planner.plan(room(), START, (0.0, 5.51, 0.0))
+        # The upper edge is off the map.
+        planner.plan(room(), START, (0.0, 5.5, 0.0))
     assert caught.value.code == 204
 
 
@@ -82,6 +87,16 @@ def test_requests_off_the_map_are_refused(plugin):
 def test_what_is_no_pose_is_refused(plugin, pose):
     with pytest.raises(InputError, match="goal: got"):
         planner_of(plugin).plan(room(), START, pose)
+
+
+@every_planner
+def test_unknown_cells_are_crossed_where_they_are_allowed(plugin):
+    costs = np.zeros((120, 200), dtype=np.uint8)
+    costs[:, 100:110] = 255
+    costmap = Costmap(costs, -1.0, -0.5, RESOLUTION_M)
+    assert planner_of(plugin).plan(costmap, START, GOAL)[-1, 0] > 7.0
+    with pytest.raises(NoValidPathCouldBeFound):
+        planner_of(plugin, allow_unknown=False).plan(costmap, START, GOAL)
 
 
 @every_grid_planner

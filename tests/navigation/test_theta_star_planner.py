@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-from planner_requests import answer, digest, random_requests
+from planner_requests import answer, digest, free, plan_on, random_requests
 
-from drake_navbench.kernels.grid import Costmap
 from drake_navbench.navigation.planner import (
     GoalOccupied,
     NoValidPathCouldBeFound,
@@ -22,14 +21,8 @@ NO_FOOTPRINT = np.empty((0, 2))
 
 
 def plan(costs, start, goal, **parameters):
-    """Returns the path on a map with its lower left corner at (0, 0), cells of 0.1 m."""
     planner = ThetaStarPlanner(ThetaStarPlannerParameters(**parameters), NO_FOOTPRINT)
-    costmap = Costmap(np.array(costs, dtype=np.uint8), 0.0, 0.0, RESOLUTION_M)
-    return planner.plan(costmap, start, goal)
-
-
-def free(rows=40, columns=60):
-    return np.zeros((rows, columns), dtype=np.uint8)
+    return plan_on(planner, costs, start, goal)
 
 
 def test_answers_are_those_of_nav2():
@@ -115,14 +108,6 @@ def test_up_to_kilted_a_line_may_run_through_a_wall_one_cell_thick():
     np.testing.assert_allclose(points["kilted"][:, 1], 2.05)
     columns, rows = (points["lyrical"] / RESOLUTION_M).astype(int).T
     assert (costs[rows, columns] == 0).all()
-
-
-def test_unknown_cells_are_crossed_where_they_are_allowed():
-    costs = free()
-    costs[:, 30] = UNKNOWN
-    assert len(plan(costs, (1.0, 2.0, 0.0), (5.0, 2.0, 0.0)))
-    with pytest.raises(NoValidPathCouldBeFound):
-        plan(costs, (1.0, 2.0, 0.0), (5.0, 2.0, 0.0), allow_unknown=False)
 
 
 def test_a_start_in_the_goals_cell_is_not_tested():

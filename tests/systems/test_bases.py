@@ -1,4 +1,4 @@
-"""The bases beside the wheelchair move as their equations say, by hand-computed numbers."""
+"""The ideal bases move as their equations say, by hand-computed numbers."""
 
 import numpy as np
 import pytest
@@ -28,6 +28,7 @@ CAR = AckermannDrive(
     max_steering_rate_radps=None,
     max_linear_acceleration_mps2=None,
 )
+FREE = DifferentialDrive(max_linear_acceleration_mps2=None, max_angular_acceleration_radps2=None)
 BASES = {
     OmnidirectionalDrive: OmnidirectionalBase,
     AckermannDrive: AckermannBase,
@@ -68,6 +69,56 @@ class Rig:
 
 def with_limits(drive, **limits):
     return drive.model_copy(update=limits)
+
+
+def test_without_acceleration_limits_the_velocity_is_a_first_order_response():
+    *_, v, w, _ = Rig(FREE, [0.4, 0.2, 0.0]).at(0.1)
+    # One time constant: 1 - 1/e of the command.
+    assert v == pytest.approx(0.4 * (1.0 - np.exp(-1.0)), rel=1e-5)
+    assert w == pytest.approx(0.2 * (1.0 - np.exp(-1.0)), rel=1e-5)
+
+
+def test_the_distance_lags_by_the_time_constant_once_at_speed():
+    x, y, yaw, *_ = Rig(FREE, [0.4, 0.0, 0.0]).at(2.0)
+    # v T - v tau (1 - exp(-T / tau))
+    assert x == pytest.approx(0.4 * 2.0 - 0.4 * 0.1, abs=1e-6)
+    assert (y, yaw) == (0.0, 0.0)
+
+
+def test_the_acceleration_limit_makes_a_ramp():
+    *_, v, _, _ = Rig(with_limits(FREE, max_linear_acceleration_mps2=0.5), [0.5, 0.0, 0.0]).at(0.5)
+    assert v == pytest.approx(0.25, abs=1e-3)
+
+
+def test_commands_beyond_the_limits_are_saturated():
+    *_, v, w, _ = Rig(DifferentialDrive(), [9.0, -9.0, 0.0]).at(3.0)
+    assert (v, w) == pytest.approx((0.5, -2.0), abs=1e-6)
+
+
+def test_at_constant_speed_and_turn_rate_the_path_is_a_circle():
+    quick = with_limits(FREE, response_time_constant_s=0.01)
+    x, y, *_ = Rig(quick, [0.5, 0.5, 0.0]).at(2.0 * np.pi / 0.5)
+    # Radius 1 m: after one turn it is back, less the start-up lag of half a centimetre.
+    assert np.hypot(x, y) < 0.01
+
+
+def test_a_mirrored_command_gives_the_mirrored_path():
+    left, right = (Rig(DifferentialDrive(), [0.5, w, 0.0]).at(3.0) for w in (0.3, -0.3))
+    np.testing.assert_allclose(right, left * [1, -1, -1, 1, -1, 1], atol=1e-12)
+
+
+def test_the_footprint_stands_where_the_state_says():
+    rig = Rig(DifferentialDrive(), [0.0, 0.0, 0.0], pose=(1.0, 2.0, 0.5 * np.pi))
+    poses = rig.base.get_geometry_pose_output_port().Eval(rig.context)
+    front = poses.value(rig.base.frame_id) @ np.array([0.85, 0.3, 0.0])
+    # Facing along y: ahead is up, left is to smaller x.
+    np.testing.assert_allclose(front, [1.0 - 0.3, 2.0 + 0.85, 0.0], atol=1e-12)
+
+
+@pytest.mark.parametrize("drive", [OMNI, CAR, DifferentialDrive()])
+def test_the_state_does_not_jump_with_the_command(drive):
+    base = BASES[type(drive)](drive, SceneGraph(), footprint=WHEELCHAIR)
+    assert not base.HasDirectFeedthrough(base.get_state_output_port().get_index())
 
 
 def test_an_omnidirectional_base_goes_straight_to_the_left_without_turning():

@@ -4,10 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pydrake.common.value import AbstractValue
+from costmap_rig import Rig
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.timeline import Timeline
@@ -26,7 +24,6 @@ from drake_navbench.trial.systems.costmap_system import CostmapSystem
 from drake_navbench.trial.systems.global_costmap import GlobalCostmap
 from drake_navbench.trial.systems.lidar import Lidar
 from drake_navbench.trial.systems.local_costmap import LocalCostmap
-from drake_navbench.trial.systems.ports import NOTHING
 
 # A square of 0.2 m: it covers the cells of 0.1 m within 0.1 m of the robot.
 FOOTPRINT = np.array([[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]])
@@ -41,34 +38,6 @@ def signs(picture: list[str]) -> np.ndarray:
     """Returns int8 occupancy from rows of '#', '.' and '?', the top row first."""
     values = {"#": OCCUPIED, ".": 0, "?": UNKNOWN}
     return np.array([[values[s] for s in row] for row in reversed(picture)], dtype=np.int8)
-
-
-class Rig:
-    """A lidar and a costmap on a robot that stands at a pose."""
-
-    def __init__(self, costmap: CostmapSystem, world: World, pose=(0.0, 0.0, 0.0)) -> None:
-        builder = DiagramBuilder()
-        self.costmap = builder.AddSystem(costmap)
-        self.lidar = builder.AddSystem(Lidar(Timeline.constant(LidarSettings()), world))
-        source = builder.AddSystem(ConstantVectorSource([*pose, 0.0, 0.0, 0.0]))
-        for system in (self.lidar, costmap):
-            builder.Connect(source.get_output_port(), system.GetInputPort("state"))
-        builder.Connect(self.lidar.GetOutputPort("scan"), costmap.GetInputPort("scan"))
-        self.simulator = Simulator(builder.Build())
-        self.context = costmap.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
-        self.request = costmap.GetInputPort("clear_request").FixValue(
-            self.context, AbstractValue.Make(NOTHING)
-        )
-
-    def after(self, time_s: float):
-        """Returns the costmap at a time."""
-        self.simulator.AdvanceTo(time_s)
-        return self.costmap.GetOutputPort("costmap").Eval(self.context)
-
-    def change_world(self, world: World) -> None:
-        context = self.lidar.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
-        parameter = context.get_mutable_abstract_parameter(self.lidar.world_parameter)
-        parameter.set_value((world.segments, world.circles))
 
 
 def costmap_after_one_update(costmap: CostmapSystem, world=EMPTY, pose=(0.0, 0.0, 0.0)):

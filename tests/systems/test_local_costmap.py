@@ -2,18 +2,13 @@
 
 import numpy as np
 import pytest
-from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import ConstantVectorSource
+from costmap_rig import Rig
 
 from drake_navbench.inputs.lidar import LidarSettings
-from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.inputs.world import Box, World
 from drake_navbench.kernels.grid import FREE, INSCRIBED, LETHAL
 from drake_navbench.navigation.costmaps.costmap_settings import LocalCostmapSettings
-from drake_navbench.trial.systems.lidar import Lidar
 from drake_navbench.trial.systems.local_costmap import LocalCostmap
-from drake_navbench.trial.systems.ports import read_object
 
 FOOTPRINT = np.array([[0.3, 0.3], [-0.3, 0.3], [-0.3, -0.3], [0.3, -0.3]])
 BACKDROP = Box(type="box", min=(2.5, -3.0), max=(2.6, 3.0))
@@ -33,35 +28,10 @@ SETTINGS = LocalCostmapSettings(
 )
 
 
-class Rig:
-    """A lidar and a costmap on a robot that stands at a pose."""
-
-    def __init__(self, world: World, pose=(0.0, 0.0, 0.0)) -> None:
-        builder = DiagramBuilder()
-        self.lidar = builder.AddSystem(Lidar(Timeline.constant(LidarSettings()), world))
-        self.costmap = builder.AddSystem(
-            LocalCostmap(SETTINGS, LidarSettings(), footprint=FOOTPRINT, offset_s=0.01)
-        )
-        self.source = builder.AddSystem(ConstantVectorSource([*pose, 0.0, 0.0, 0.0]))
-        for system in (self.lidar, self.costmap):
-            builder.Connect(self.source.get_output_port(), system.GetInputPort("state"))
-        builder.Connect(self.lidar.GetOutputPort("scan"), self.costmap.GetInputPort("scan"))
-        self.simulator = Simulator(builder.Build())
-
-    def after(self, time_s: float):
-        """Returns the costmap at a time."""
-        self.simulator.AdvanceTo(time_s)
-        context = self.costmap.GetMyContextFromRoot(self.simulator.get_context())
-        return read_object(self.costmap.GetOutputPort("costmap"), context)
-
-    def change_world(self, world: World) -> None:
-        context = self.lidar.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
-        parameter = context.get_mutable_abstract_parameter(self.lidar.world_parameter)
-        parameter.set_value((world.segments, world.circles))
-
-    def move_to(self, pose) -> None:
-        context = self.source.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
-        self.source.get_mutable_source_value(context).SetFromVector([*pose, 0.0, 0.0, 0.0])
+def rig_in(world: World) -> Rig:
+    """A robot at the origin of a world."""
+    costmap = LocalCostmap(SETTINGS, LidarSettings(), footprint=FOOTPRINT, offset_s=0.01)
+    return Rig(costmap, world)
 
 
 def cost_at(costmap, x: float, y: float) -> int:
@@ -71,28 +41,28 @@ def cost_at(costmap, x: float, y: float) -> int:
 
 
 def test_there_is_no_costmap_before_the_first_update():
-    assert Rig(World((PARCEL,))).after(0.005) is None
+    assert rig_in(World((PARCEL,))).after(0.005) is None
 
 
 def test_the_face_that_the_lidar_sees_is_lethal_and_what_lies_behind_it_is_not():
-    costmap = Rig(World((PARCEL,))).after(0.1)
+    costmap = rig_in(World((PARCEL,))).after(0.1)
     assert cost_at(costmap, 1.525, 0.0) == LETHAL
     assert cost_at(costmap, 1.475, 0.025) == INSCRIBED
     assert cost_at(costmap, 1.675, 0.0) < LETHAL
 
 
 def test_far_from_everything_the_costmap_is_free():
-    costmap = Rig(World((PARCEL,))).after(0.1)
+    costmap = rig_in(World((PARCEL,))).after(0.1)
     assert cost_at(costmap, -2.0, -2.0) == FREE
 
 
 def test_what_is_beyond_the_marking_range_is_not_marked():
     far = World((Box(type="box", min=(2.96, -0.5), max=(3.0, 0.5)),))
-    assert not np.any(Rig(far).after(0.1).costs)
+    assert not np.any(rig_in(far).after(0.1).costs)
 
 
 def test_the_costmap_clears_when_a_thing_goes_away():
-    rig = Rig(World((PARCEL, BACKDROP)))
+    rig = rig_in(World((PARCEL, BACKDROP)))
     assert cost_at(rig.after(0.1), 1.525, 0.0) == LETHAL
     rig.change_world(World((BACKDROP,)))
     # The next scan comes at 0.1 s, the next update at 0.21 s.
@@ -102,14 +72,14 @@ def test_the_costmap_clears_when_a_thing_goes_away():
 
 
 def test_without_anything_behind_it_a_thing_that_went_away_stays_as_in_nav2():
-    rig = Rig(World((PARCEL,)))
+    rig = rig_in(World((PARCEL,)))
     rig.after(0.1)
     rig.change_world(World(()))
     assert cost_at(rig.after(0.3), 1.525, 0.0) == LETHAL
 
 
 def test_the_window_rolls_with_the_robot_and_keeps_what_it_holds():
-    rig = Rig(World((PARCEL,)))
+    rig = rig_in(World((PARCEL,)))
     before = rig.after(0.1)
     rig.move_to((0.5, 0.0, 0.0))
     after = rig.after(0.3)
@@ -120,8 +90,8 @@ def test_the_window_rolls_with_the_robot_and_keeps_what_it_holds():
 
 
 def test_the_world_turned_by_a_right_angle_gives_the_turned_costmap():
-    east = Rig(World((PARCEL,))).after(0.1)
-    north = Rig(World((Box(type="box", min=(-0.2, 1.5), max=(0.2, 1.7)),))).after(0.1)
+    east = rig_in(World((PARCEL,))).after(0.1)
+    north = rig_in(World((Box(type="box", min=(-0.2, 1.5), max=(0.2, 1.7)),))).after(0.1)
     turned = np.rot90(east.costs, k=-1)  # rows are y, so the picture is upside down
     different = np.count_nonzero(north.costs != turned)
     # Beams that graze a corner may fall into either of two cells.

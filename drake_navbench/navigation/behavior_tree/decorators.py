@@ -59,7 +59,7 @@ class ForceFailure(ForcedNode):
 
 
 class _Again(ControlNode):
-    """Ticks its child again whenever it ends with AGAIN_AFTER; the `limit`th such end is its own.
+    """Ticks its child again when it ends with AGAIN_AFTER; ends itself so after `limit` times.
 
     With any other final status of the child the node ends at once, with that status.
     """

@@ -206,7 +206,7 @@ class PathLongerOnApproach(ControlNode):
 
     Near: the path before was shorter than `near_m`; much longer: `factor` times as long. Otherwise
     the node succeeds; a child that runs then is neither ticked nor halted, as in Nav2. Its memory
-    survives its being idle, but in Iron. source: the path's variable.
+    survives a halt, except in Iron. source: the path's variable.
     """
 
     MEMORY = ("path", "is_first", "plan_id")
@@ -254,12 +254,12 @@ class PathLongerOnApproach(ControlNode):
         return before_m < self._near_m and arc_length(path) > self._factor * before_m
 
     def _reset_children(self) -> None:
-        """Makes the child idle, but where it runs."""
+        """Makes the child idle unless it runs."""
         if self.children[0].status != Status.RUNNING:
             super()._reset_children()
 
     def stop(self, new_status: Status = Status.INVALID) -> None:
-        """Halts the child only where the node itself runs."""
+        """Halts the child only while the node itself runs."""
         if self.status == Status.RUNNING:
             super().stop(new_status)
         else:

@@ -185,35 +185,13 @@ def load_map(path: str | Path, *, as_saved: bool = False) -> OccupancyMap:
     if path.suffix.lower() in IMAGE_SUFFIXES:
         raise _image_fault(path)
     text = read_text(path)
-    fields = parse_yaml(text, str(path))
-    require_kind(fields, MAP, path)
-    if not fields.keys() & MapMetadata.model_fields.keys():
-        names = ", ".join(map(str, list(fields)[:MOST_FIELDS_NAMED])) or "nothing"
-        raise InputError(
-            f"{path}: is no map file; expected image, resolution and origin, found {names}"
-        )
-    for name in [name for name in fields if name not in MapMetadata.model_fields]:
-        del fields[name]
-        hint = nearest_name_hint(name, MapMetadata.model_fields)
-        warning = f"{path}: {name}: has no effect, Nav2's map server reads no such field{hint}"
-        warnings.warn(warning, InputWarning, stacklevel=2)
-    metadata = validate(MapMetadata, fields, str(path), text)
-    if metadata.resolution > WIDE_CELL_M:
-        warning = f"{path}: resolution: a cell is {metadata.resolution:g} m wide; is it in metres?"
-        warnings.warn(warning, InputWarning, stacklevel=2)
-    if metadata.free_thresh > metadata.occupied_thresh:
-        warning = (
-            f"{path}: free_thresh {metadata.free_thresh} exceeds occupied_thresh "
-            f"{metadata.occupied_thresh}; a grey that both claim is free, as in Nav2 from Jazzy on"
-        )
-        warnings.warn(warning, InputWarning, stacklevel=2)
+    metadata = _metadata_of(path, text)
     if as_saved and metadata.mode == MapMode.TRINARY and _frees_unknown(metadata):
         metadata = metadata.model_copy(update={"free_thresh": SAVED_FREE_THRESH})
     named_by = place_in(text, str(path), ["image"])
     image = _image_of(path, metadata.image)
-    occupancy = _image_occupancy(image, metadata, named_by, path, as_saved)
     # The top row of an image is the one with the highest y.
-    occupancy = occupancy[::-1]
+    occupancy = _image_occupancy(image, metadata, named_by, path, as_saved)[::-1]
     resolution = float(np.float32(metadata.resolution))
     origin_x, origin_y, yaw = metadata.origin
     if yaw != 0.0:
@@ -228,19 +206,41 @@ def load_map(path: str | Path, *, as_saved: bool = False) -> OccupancyMap:
             outside=UNKNOWN,
             source=f"{path}: origin: turned by {yaw:g} rad",
         )
-    grid = OccupancyMap(
-        _read_only(occupancy),
-        resolution,
-        origin_x,
-        origin_y,
-        files=(path, image),
-    )
+    cells = _read_only(occupancy)
+    grid = OccupancyMap(cells, resolution, origin_x, origin_y, files=(path, image))
     if max(map(abs, grid.bounds)) > MAX_LENGTH_M:
         raise InputError(
             f"{path}: origin and resolution: the map covers {list(grid.bounds)}, expected all of "
             f"it within {MAX_LENGTH_M:g} m of the frame's origin"
         )
     return grid
+
+
+def _metadata_of(path: Path, text: str) -> MapMetadata:
+    """Returns the fields of a map's YAML file, with InputWarnings of those that are odd."""
+    fields = parse_yaml(text, str(path))
+    require_kind(fields, MAP, path)
+    if not fields.keys() & MapMetadata.model_fields.keys():
+        names = ", ".join(map(str, list(fields)[:MOST_FIELDS_NAMED])) or "nothing"
+        raise InputError(
+            f"{path}: is no map file; expected image, resolution and origin, found {names}"
+        )
+    for name in [name for name in fields if name not in MapMetadata.model_fields]:
+        del fields[name]
+        hint = nearest_name_hint(name, MapMetadata.model_fields)
+        warning = f"{path}: {name}: has no effect, Nav2's map server reads no such field{hint}"
+        warnings.warn(warning, InputWarning, stacklevel=3)
+    metadata = validate(MapMetadata, fields, str(path), text)
+    if metadata.resolution > WIDE_CELL_M:
+        warning = f"{path}: resolution: a cell is {metadata.resolution:g} m wide; is it in metres?"
+        warnings.warn(warning, InputWarning, stacklevel=3)
+    if metadata.free_thresh > metadata.occupied_thresh:
+        warning = (
+            f"{path}: free_thresh {metadata.free_thresh} exceeds occupied_thresh "
+            f"{metadata.occupied_thresh}; a grey that both claim is free, as in Nav2 from Jazzy on"
+        )
+        warnings.warn(warning, InputWarning, stacklevel=3)
+    return metadata
 
 
 def _image_fault(path: Path) -> InputError:

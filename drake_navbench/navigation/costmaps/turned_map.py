@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.navigation.costmaps.grid_size import require_grid_size
 
-# A corner that lies on the lattice, but for rounding, needs no further cell.
+# A corner on the lattice, up to rounding, needs no further cell.
 ROUNDING_CELLS = 1e-6
 
 

@@ -196,7 +196,7 @@ class Amcl(FloorAware):
             state.get_mutable_abstract_state(self.belief_state).set_value(after)
 
     def _displaced(self, belief: Belief, context: Context, seed: int) -> Belief:
-        """Returns the belief after the jump, where it is due and has not come yet."""
+        """Returns the belief after its jump; unchanged if that is not due or has happened."""
         now_s = context.get_time()
         settings = self._settings.at(now_s)
         is_due = now_s >= settings.jump_time_s - SLACK_S

@@ -35,11 +35,10 @@ class ServerState(NamedTuple):
     command: (3,) last command published, v m/s, w rad/s, vy m/s. cycle_count: cycles computed so
     far. compute_time_ms, compute_cpu_time_ms: wall-clock time of the last call of the controller,
     and the time for which its thread had a processor. diagnostics: diagnostics of the controller in
-    that cycle.
-    waiting_since_s: when the wait for a current costmap began, None where there is none.
-    controller: the one that a listener has put in place of the server's own, None until then. Where
-    cycles take time: next_cycle_s: earliest start of the next cycle; command_due_s: when the
-    command is published; earlier_command: the command in force until then.
+    that cycle. waiting_since_s: when the wait for a current costmap began, s; None without a wait.
+    controller: a listener's replacement of the server's own, None until there is one. Where cycles
+    take time: next_cycle_s: earliest start of the next cycle; command_due_s: when the command is
+    published; earlier_command: the command in force until then.
     """
 
     status: TaskStatus = TaskStatus()

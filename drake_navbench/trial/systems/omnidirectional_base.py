@@ -20,7 +20,7 @@ from drake_navbench.trial.systems.ports import STATE_SIZE
 
 
 class OmnidirectionalBase(MobileBase):
-    """Each axis of the velocity answers its command by itself; see MobileBase for the ports.
+    """A base whose v, w and vy answer their commands separately; see MobileBase for the ports.
 
     Continuous state [x m, y m, yaw rad, v m/s, w rad/s, vy m/s] in the world frame. The command is
     saturated axis by axis to the drive's limits.

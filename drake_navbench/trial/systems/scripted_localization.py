@@ -85,7 +85,7 @@ class ScriptedLocalization(FloorAware):
     `map_from_odometry` is Nav2's transform from map to odom, the pose of the odometry's frame in
     the map; `odometry_from_world` is the pose of the world in the odometry's frame.
 
-    At the start both frames are the world's, but for a bias. The odometry's drift grows with every
+    At the start both are the world's, apart from a bias. The odometry's drift grows with every
     step, one every 0.05 s from `offset_s` on. A fix finds the true pose, off by its noise, the bias
     and the jump, and sets `map_from_odometry` so that the robot was there; without fixes only a
     change of bias or jump moves it.

@@ -2,43 +2,32 @@
 
 import numpy as np
 import pytest
+from controller_scenes import observe, setup_of
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import Integrator, ZeroOrderHold
 
 from drake_navbench import run_trial
-from drake_navbench.controller import (
-    ControllerParameters,
-    ControllerSetup,
-    NoValidControl,
-    Observation,
-)
+from drake_navbench.controller import ControllerParameters, NoValidControl
 from drake_navbench.controllers.drake_system import SystemController
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.logs.outcome import Outcome
 
 PERIOD_S = 0.05
-SETUP = ControllerSetup(
-    control_period_s=PERIOD_S,
-    footprint=np.array([[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]]),
-    inscribed_radius_m=0.1,
-    circumscribed_radius_m=0.15,
-)
+SETUP = setup_of(np.array([[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]]))
 NO_PLAN, NO_COSTMAP = np.empty((0, 3)), Costmap(np.zeros((4, 4), np.uint8), 0.0, 0.0, 0.05)
 
 
 def seen(cycle, *, twist=(0.0, 0.0), vy=0.0, costs=None):
     """The observation of a cycle; cycle 0 begins at 0.02 s."""
-    return Observation(
+    return observe(
+        [[1.0, 2.0, 0.5], [3.0, 2.0, 0.0]],
         time_s=0.02 + PERIOD_S * cycle,
-        pose=np.array([1.0, 2.0, 0.5]),
-        twist=np.array(twist),
+        pose=(1.0, 2.0, 0.5),
+        twist=twist,
         vy_mps=vy,
-        plan=np.array([[1.0, 2.0, 0.5], [3.0, 2.0, 0.0]]),
-        plan_id=0,
         costmap=NO_COSTMAP if costs is None else Costmap(costs, 0.0, 0.0, 0.05),
-        goal=np.array([3.0, 2.0, 0.0]),
     )
 
 

@@ -3,47 +3,24 @@
 from __future__ import annotations
 
 import numpy as np
+from controller_scenes import observe as observe_plan
+from controller_scenes import setup_of
 from scenes import straight_plan
 
-from drake_navbench.controller import ControllerSetup, Observation
+from drake_navbench.controller import Observation
 from drake_navbench.controllers.dwb import DynamicWindowApproachParameters
 from drake_navbench.controllers.dwb.scene import Scene, Situation
 from drake_navbench.controllers.dwb.trajectories import Trajectories
+from drake_navbench.inputs.presets import preset_files
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.read_only import read_only
+from drake_navbench.typed_files.typed_yaml import read_yaml
 
-BRINGUP = {
-    "critics": [
-        "RotateToGoal",
-        "Oscillation",
-        "BaseObstacle",
-        "GoalAlign",
-        "PathAlign",
-        "PathDist",
-        "GoalDist",
-    ],
-    "max_vel_x": 0.26,
-    "max_speed_xy": 0.26,
-    "max_vel_theta": 1.0,
-    "acc_lim_x": 2.5,
-    "acc_lim_theta": 3.2,
-    "decel_lim_x": -2.5,
-    "decel_lim_theta": -3.2,
-    "linear_granularity": 0.05,
-    "RotateToGoal": {"scale": 32.0},
-    "BaseObstacle": {"scale": 0.02},
-    "GoalAlign": {"scale": 24.0, "forward_point_distance": 0.1},
-    "PathAlign": {"scale": 32.0, "forward_point_distance": 0.1},
-    "PathDist": {"scale": 32.0},
-    "GoalDist": {"scale": 24.0},
-}
+# nav2_bringup's, at its own speed; the preset drives at the wheelchair's.
+BRINGUP = read_yaml(preset_files()["dwb_bringup"])["parameters"]
+BRINGUP |= {"max_vel_x": 0.26, "max_speed_xy": 0.26}
 RECTANGLE = np.array([[0.4, 0.2], [0.4, -0.2], [-0.2, -0.2], [-0.2, 0.2]])
-SETUP = ControllerSetup(
-    control_period_s=0.05,
-    footprint=RECTANGLE,
-    inscribed_radius_m=0.2,
-    circumscribed_radius_m=float(np.hypot(0.4, 0.2)),
-)
+SETUP = setup_of(RECTANGLE)
 
 
 def parameters(**changes) -> DynamicWindowApproachParameters:
@@ -65,16 +42,9 @@ def map_of(costs, *, resolution=1.0, origin=(0.0, 0.0)) -> Costmap:
 
 def observe(**changes) -> Observation:
     """Returns an observation of a robot at rest at the origin before a straight plan."""
-    known = {
-        "time_s": 0.0,
-        "pose": np.zeros(3),
-        "twist": np.zeros(2),
-        "plan": straight_plan(1.4),
-        "plan_id": 1,
-        "costmap": free_map(),
-        "goal": np.array([5.0, 0.0, 0.0]),
-    }
-    return Observation(**(known | changes))
+    plan = changes.pop("plan", straight_plan(1.4))
+    known = {"costmap": free_map(), "goal": np.array([5.0, 0.0, 0.0])}
+    return observe_plan(plan, **known | changes)
 
 
 def situate(**changes) -> Situation:

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scenes import straight_plan
 
-from drake_navbench.controller import InvalidPath, NoValidControl, SpeedLimit
+from drake_navbench.controller import NoValidControl, SpeedLimit
 from drake_navbench.controllers.dwb import DynamicWindowApproach
 from drake_navbench.controllers.dwb.local_planner import LocalPlanner
 from drake_navbench.kernels.grid import Costmap
@@ -185,23 +185,6 @@ def test_straight_path_of_7_25_m_takes_the_original_15_05_s():
     assert cycles * 0.05 == pytest.approx(15.05)
 
 
-def test_decision_depends_on_observation_and_memory_alone():
-    controller = controller_of()
-    memory = controller.initial_memory()
-    observation = observe(pose=np.array([0.01, 0.12, 0.3]))
-    kept = [observation.pose.copy(), observation.twist.copy(), observation.plan.copy()]
-    first = controller.step(observation, memory)
-    step(controller, pose=np.array([0.2, -0.3, 1.0]), twist=np.array([0.2, 0.5]))
-    again = controller.step(observation, memory)
-    np.testing.assert_array_equal(first.command, again.command)
-    assert (first.memory, first.diagnostics) == (again.memory, again.diagnostics)
-    assert memory == controller.initial_memory()
-    for before, after in zip(
-        kept, (observation.pose, observation.twist, observation.plan), strict=True
-    ):
-        np.testing.assert_array_equal(before, after)
-
-
 def test_new_plan_makes_the_critics_forget():
     controller = controller_of()
     at_goal = {"goal": np.array([0.1, 0.0, 1.0]), "plan": straight_plan(0.1)}
@@ -271,11 +254,6 @@ def test_no_admissible_sample_is_a_failure_too():
     with pytest.raises(NoValidControl, match=r"out of 0!$") as caught:
         step(controller_of(max_vel_x=0.0, max_vel_theta=0.0))
     assert caught.value.details == {}
-
-
-def test_empty_plan_is_an_invalid_path():
-    with pytest.raises(InvalidPath):
-        step(controller_of(), plan=np.empty((0, 3)))
 
 
 def test_diagnostics_hold_the_whole_window_where_wanted():

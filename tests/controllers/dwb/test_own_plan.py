@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from controller_scenes import observe
 from dwb_cases import SETUP
 
-from drake_navbench.controller import InvalidPath, NoValidControl, Observation
+from drake_navbench.controller import InvalidPath, NoValidControl
 from drake_navbench.controllers.dwb.controller import DynamicWindowApproach
 from drake_navbench.controllers.dwb.own_plan import OwnPlan
 from drake_navbench.controllers.dwb.parameters import DynamicWindowApproachParameters
@@ -80,17 +81,8 @@ def test_a_negative_forward_distance_means_all_of_it_since_iron():
 def observed(x, **fields):
     """Returns what DWB sees at (x, 0); the path handler's plan begins at the robot."""
     index = int(x / 0.125)
-    return Observation(
-        time_s=0.0,
-        pose=np.array([x, 0.0, 0.0]),
-        twist=np.zeros(2),
-        plan=PLAN[index : index + 16],
-        plan_id=1,
-        costmap=costmap_at(x),
-        goal=PLAN[-1],
-        global_plan=PLAN,
-        **fields,
-    )
+    known = {"pose": (x, 0.0, 0.0), "costmap": costmap_at(x), "goal": PLAN[-1]}
+    return observe(PLAN[index : index + 16], global_plan=PLAN, **known, **fields)
 
 
 def test_the_rest_of_the_plan_is_remembered_until_there_is_another_one():

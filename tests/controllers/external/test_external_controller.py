@@ -15,16 +15,16 @@ import msgpack
 import numpy as np
 import pandas as pd
 import pytest
+from controller_scenes import observe, setup_of
+from scenes import SHORT_DRIVE
 
 from drake_navbench import run_trial
 from drake_navbench.commands.run import main
 from drake_navbench.controller import (
     Controller,
-    ControllerSetup,
     GracefulController,
     InvalidPath,
     NoValidControl,
-    Observation,
     SpeedLimit,
 )
 from drake_navbench.controllers.external import ExternalController
@@ -44,22 +44,19 @@ HOSTILE = HERE / "hostile_client.py"
 RECORDING = HERE / "recording_client.py"
 COMPILER = shutil.which("c++")
 
-SETUP = ControllerSetup(
-    control_period_s=0.05,
-    footprint=np.array([[0.3, 0.2], [0.3, -0.2], [-0.3, -0.2], [-0.3, 0.2]]),
-    inscribed_radius_m=0.2,
-    circumscribed_radius_m=0.36,
+SETUP = setup_of(
+    np.array([[0.3, 0.2], [0.3, -0.2], [-0.3, -0.2], [-0.3, 0.2]]),
     wants_diagnostics=True,
     response_time_constant_s=0.25,
     max_linear_acceleration_mps2=math.inf,
 )
 COSTS = np.arange(60, dtype=np.uint8).reshape(6, 10)
 PLAN = np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [1.0, 0.0, 0.1]])
-OBSERVATION = Observation(
+OBSERVATION = observe(
+    PLAN[:2],
     time_s=0.07,
-    pose=np.array([0.1, 0.2, 0.3]),
-    twist=np.array([0.4, -0.5]),
-    plan=PLAN[:2],
+    pose=(0.1, 0.2, 0.3),
+    twist=(0.4, -0.5),
     plan_id=7,
     costmap=Costmap(COSTS, -1.0, -2.0, 0.05, tracks_unknown=True, stamp_s=0.06),
     goal=PLAN[-1],
@@ -202,7 +199,7 @@ def test_a_client_that_is_not_graceful_is_at_rest_at_once(start):
         ("sends four", "command: got [0.1, 0.0, 0.0, 0.0], expected [v, w] or [v, w, vy]"),
         ("fails oddly", "failure: got 'bored', expected no_valid_control, invalid_path"),
         ("says it is broken", "answered compute with the error 'out of ideas'"),
-        ("draws a wrong shape", "carrot: got the shape [3]"),
+        ("draws a wrong shape", "carrot: got the shape [3], expected [2]"),
     ],
 )
 def test_what_a_client_does_wrong_is_told_and_ends_it(deed, told, start):
@@ -317,13 +314,7 @@ os.kill(os.getpid(), signal.SIGKILL)
         os.kill(pid, 0)
 
 
-SCENARIO = Scenario(
-    name="short",
-    description="round a corner",
-    plan={"type": "polyline", "points": [[0.0, 0.0], [1.0, 0.0], [1.5, 0.5]]},
-    goal=(1.5, 0.5, 0.8),
-    timeout_s=8.0,
-)
+SCENARIO = Scenario(**SHORT_DRIVE)
 
 
 def column(*command: str) -> Preset:

@@ -10,9 +10,9 @@ import math
 
 import numpy as np
 import pytest
-from pursuit_scenes import arc_plan, command_of, make_costmap, make_setup, observe, turned_plan
+from controller_scenes import arc_plan, command_of, make_costmap, make_setup, observe, turned_plan
 
-from drake_navbench.controller import InvalidPath, NoValidControl, SpeedLimit
+from drake_navbench.controller import NoValidControl, SpeedLimit
 from drake_navbench.controllers.graceful import Graceful, GracefulParameters
 from drake_navbench.controllers.graceful.targets import (
     distances_along,
@@ -186,11 +186,6 @@ def test_a_speed_limit_slows_turning_in_proportion(limit, v, w):
     turn = observe(turned_plan(2.0), speed_limit=limit)
     rate = command_of(make_graceful(v_angular_min_in_place=0.0), turn)[1]
     assert rate == pytest.approx(0.5 * 2.0 * w)
-
-
-def test_a_plan_without_poses_is_refused():
-    with pytest.raises(InvalidPath):
-        make_graceful().step(observe(np.empty((0, 3))), make_graceful().initial_memory())
 
 
 def test_a_target_where_the_robot_stands_gives_no_command():

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 import pytest
-from pursuit_scenes import command_of, make_costmap, make_setup, observe, turned_plan
+from controller_scenes import command_of, make_costmap, make_setup, observe, turned_plan
 
 from drake_navbench.controller import ControllerError, InvalidPath, NoValidControl
 from drake_navbench.controllers.graceful import Graceful, GracefulParameters

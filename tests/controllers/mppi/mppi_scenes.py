@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
-import pytest
+from controller_scenes import observe as observe_plan
+from controller_scenes import setup_of
 from scenes import straight_plan
 
-from drake_navbench.controller import ControllerSetup, NoiseKey, Observation
+from drake_navbench.controller import ControllerSetup, NoiseKey
 from drake_navbench.controllers.mppi.critics.base import CriticContext
 from drake_navbench.controllers.mppi.critics.batch import Batch, Scene
 from drake_navbench.controllers.mppi.critics.registry import load_critics
@@ -14,44 +17,21 @@ from drake_navbench.controllers.mppi.lanes import pack
 from drake_navbench.controllers.mppi.motion_models import MotionModel
 from drake_navbench.controllers.mppi.parameters import MppiParameters
 from drake_navbench.controllers.mppi.sequence_rules import limits_of
-from drake_navbench.kernels.footprint import circle_footprint, footprint_radii, pad_footprint
+from drake_navbench.inputs.presets import preset_files
+from drake_navbench.kernels.footprint import circle_footprint, pad_footprint
 from drake_navbench.kernels.grid import Costmap
+from drake_navbench.typed_files.typed_yaml import read_yaml
 
 RESOLUTION = 0.05
 CELLS = 60
-BRINGUP = {
-    "batch_size": 2000,
-    "regenerate_noises": True,
-    "critics": [
-        "ConstraintCritic",
-        "CostCritic",
-        "GoalCritic",
-        "GoalAngleCritic",
-        "PathAlignCritic",
-        "PathFollowCritic",
-        "PathAngleCritic",
-        "PreferForwardCritic",
-    ],
-    "CostCritic": {"near_goal_distance": 1.0},
-    "PathAlignCritic": {"cost_weight": 14.0, "max_path_occupancy_ratio": 0.05},
-    "PathFollowCritic": {"offset_from_furthest": 5},
-    "PathAngleCritic": {"cost_weight": 2.0, "max_angle_to_furthest": 1.0},
-}
+BRINGUP = read_yaml(preset_files()["mppi_bringup"])["parameters"]
 
 
 def round_robot(**changes) -> ControllerSetup:
     """A round robot of radius 0.22 m at 20 Hz, as in nav2_bringup."""
-    footprint = pad_footprint(circle_footprint(0.22), 0.01)
-    inscribed_radius_m, circumscribed_radius_m = footprint_radii(footprint)
-    values = {
-        "control_period_s": 0.05,
-        "footprint": footprint,
-        "inscribed_radius_m": inscribed_radius_m,
-        "circumscribed_radius_m": circumscribed_radius_m,
-        "footprint_is_circle": True,
-        "inflation_radius_m": 0.7,
-    }
-    return ControllerSetup(**{**values, **changes})
+    values = {"footprint_is_circle": True, "inflation_radius_m": 0.7}
+    robot = setup_of(pad_footprint(circle_footprint(0.22), 0.01), **values)
+    return replace(robot, **changes)
 
 
 def costmap(costs=None) -> Costmap:
@@ -102,20 +82,6 @@ def critic_of(name, *, setup=None, steps=56, **parameters):
 
 def observe(*, pose=(0.0, 0.0, 0.0), twist=(0.0, 0.0), plan=None, step=0, seed=1, costs=None):
     """An observation in the 3 x 3 m map; the plan is straight where none is given."""
-    plan = straight_plan(1.45) if plan is None else np.asarray(plan, float)
-    return Observation(
-        time_s=0.05 * step,
-        pose=np.array(pose),
-        twist=np.array(twist),
-        plan=plan,
-        plan_id=1,
-        costmap=costmap(costs),
-        goal=plan[-1] if len(plan) else np.zeros(3),
-        noise_key=NoiseKey(seed, 0, step),
-    )
-
-
-@pytest.fixture
-def bringup():
-    """nav2_bringup's parameters as keyword arguments."""
-    return dict(BRINGUP)
+    plan = straight_plan(1.45) if plan is None else plan
+    cycle = {"time_s": 0.05 * step, "noise_key": NoiseKey(seed, 0, step)}
+    return observe_plan(plan, pose=pose, twist=twist, costmap=costmap(costs), **cycle)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from mppi_scenes import BRINGUP, costmap, observe, round_robot, scene_of
+from mppi_scenes import BRINGUP, observe, round_robot, scene_of
 from pydantic import ValidationError
 from scenes import straight_plan
 
-from drake_navbench.controller import InvalidPath, NoValidControl, SpeedLimit
+from drake_navbench.controller import NoValidControl, SpeedLimit
 from drake_navbench.controllers.mppi import ModelPredictivePathIntegral, MppiParameters
 from drake_navbench.controllers.mppi.controller import limited
 from drake_navbench.controllers.mppi.float32_math import sin_cos, wrap32
@@ -191,12 +191,6 @@ def test_no_control_is_valid_where_every_sample_collides():
     assert not caught.value.memory.sampler.controls.any()
 
 
-def test_an_empty_plan_is_an_invalid_path():
-    controller = controller_of()
-    with pytest.raises(InvalidPath):
-        controller.step(observe(plan=np.zeros((0, 3))), controller.initial_memory())
-
-
 def test_a_speed_limit_scales_velocities_and_not_accelerations():
     base = limits_of(MppiParameters())
     half = limited(base, SpeedLimit(50.0, is_percentage=True))
@@ -237,11 +231,3 @@ def test_nav2_names_of_motion_models_are_understood():
     assert parameters.motion_model == "Ackermann"
     assert parameters.AckermannConstraints.min_turning_r == 0.6
     assert MppiParameters(**parameters.model_dump()) == parameters
-
-
-def test_observation_and_memory_stay_as_they_are():
-    controller, seen = controller_of(), observe()
-    memory = controller.initial_memory()
-    controller.step(seen, memory)
-    assert not memory.sampler.controls.any()
-    np.testing.assert_array_equal(seen.costmap.costs, costmap().costs)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from controller_scenes import observe as observe_plan
+from controller_scenes import setup_of
 
-from drake_navbench.controller import ControllerSetup, Observation
 from drake_navbench.controllers.rpp import RegulatedPurePursuit, RegulatedPurePursuitParameters
-from drake_navbench.kernels.footprint import circle_footprint, footprint_radii, pad_footprint
+from drake_navbench.kernels.footprint import circle_footprint, pad_footprint
 from drake_navbench.kernels.grid import Costmap
 
 RESOLUTION = 0.05
@@ -18,14 +19,7 @@ ORIGIN = -2.0
 @pytest.fixture
 def setup():
     """A round robot of radius 0.22 m at 20 Hz, as in nav2_bringup."""
-    footprint = pad_footprint(circle_footprint(0.22), 0.01)
-    inscribed_radius_m, circumscribed_radius_m = footprint_radii(footprint)
-    return ControllerSetup(
-        control_period_s=0.05,
-        footprint=footprint,
-        inscribed_radius_m=inscribed_radius_m,
-        circumscribed_radius_m=circumscribed_radius_m,
-    )
+    return setup_of(pad_footprint(circle_footprint(0.22), 0.01))
 
 
 @pytest.fixture
@@ -61,21 +55,6 @@ def observe(make_costmap):
     def make(plan=None, **fields):
         if plan is None:
             plan = [[0.3 * i, 0.3, 0.0] for i in range(6)]
-        plan = np.array(plan, dtype=float)
-        values = {
-            "time_s": 0.0,
-            "pose": np.zeros(3),
-            "twist": np.zeros(2),
-            "plan": plan,
-            "plan_id": 1,
-            "costmap": fields.pop("costmap", None) or make_costmap(),
-            "goal": plan[-1] if len(plan) else np.zeros(3),
-        }
-        values.update({name: _as_array(value) for name, value in fields.items()})
-        return Observation(**values)
+        return observe_plan(plan, **{"costmap": make_costmap()} | fields)
 
     return make
-
-
-def _as_array(value):
-    return np.array(value, dtype=float) if isinstance(value, tuple) else value

@@ -7,11 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from controller_scenes import observe, setup_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scenes import straight_plan
 
-from drake_navbench.controller import ControllerSetup, NoValidControl, Observation
+from drake_navbench.controller import NoValidControl
 from drake_navbench.controllers.rpp import RegulatedPurePursuit, RegulatedPurePursuitParameters
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.navigation.goal_checkers import SimpleGoalChecker, SimpleGoalCheckerParameters
@@ -23,15 +24,7 @@ FOOTPRINT = np.array([[0.86, 0.31], [0.86, -0.31], [-0.26, -0.31], [-0.26, 0.31]
 
 
 def make_controller(**parameters):
-    return RegulatedPurePursuit(
-        RegulatedPurePursuitParameters(**parameters),
-        ControllerSetup(
-            control_period_s=PERIOD_S,
-            footprint=FOOTPRINT,
-            inscribed_radius_m=0.26,
-            circumscribed_radius_m=math.hypot(0.86, 0.31),
-        ),
-    )
+    return RegulatedPurePursuit(RegulatedPurePursuitParameters(**parameters), setup_of(FOOTPRINT))
 
 
 def advance(pose, command):
@@ -62,12 +55,11 @@ def drive(controller, plan, pose, time_limit_s=40.0):
         poses.append(pose)
         if goal.reached:
             return cycle * PERIOD_S, np.array(poses)
-        observation = Observation(
+        observation = observe(
+            local_plan,
             time_s=cycle * PERIOD_S,
             pose=pose,
             twist=twist,
-            plan=local_plan,
-            plan_id=1,
             costmap=costmap,
             goal=plan[-1],
             goal_xy_reached=goal.xy_reached,
@@ -113,15 +105,8 @@ def cluttered_observation(seed):
     plan = np.column_stack([np.cumsum(steps, axis=0), turns])
     plan = np.round(plan * 2**20) / 2**20
     pose = np.round(generator.normal(0.0, [0.1, 0.2, 0.4]) * 2**20) / 2**20
-    return Observation(
-        time_s=0.0,
-        pose=pose,
-        twist=generator.uniform([0.0, -0.5], [0.5, 0.5]),
-        plan=plan,
-        plan_id=1,
-        costmap=Costmap(costs, -3.0, -3.0, RESOLUTION),
-        goal=plan[-1],
-    )
+    twist = generator.uniform([0.0, -0.5], [0.5, 0.5])
+    return observe(plan, pose=pose, twist=twist, costmap=Costmap(costs, -3.0, -3.0, RESOLUTION))
 
 
 def outcome(controller, observation):

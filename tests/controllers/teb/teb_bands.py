@@ -10,6 +10,7 @@ from drake_navbench.controllers.teb.layout import pack_band
 from drake_navbench.controllers.teb.objective import Weights
 from drake_navbench.controllers.teb.program import BandLimits
 from drake_navbench.kernels.distance_field import DistanceField
+from drake_navbench.kernels.grid import FREE, LETHAL, Costmap
 from drake_navbench.kernels.read_only import read_only
 
 WHEELCHAIR_DISCS = np.array([[0.05, 0.30], [0.55, 0.30]])
@@ -55,6 +56,15 @@ WEIGHTS = ZERO_WEIGHTS._replace(
 def cell_centres(origin: float = -3.0) -> np.ndarray:
     """Returns the coordinates of the cell centres along one axis of the field."""
     return origin + (np.arange(CELLS) + 0.5) * RESOLUTION
+
+
+def map_of(boxes=()) -> Costmap:
+    """Returns a 6 x 6 m map about the origin with lethal boxes (x0, y0, x1, y1), m."""
+    centres = cell_centres()
+    costs = np.full((CELLS, CELLS), FREE, dtype=np.uint8)
+    for x0, y0, x1, y1 in boxes:
+        costs[np.ix_((centres > y0) & (centres < y1), (centres > x0) & (centres < x1))] = LETHAL
+    return Costmap(costs, -3.0, -3.0, RESOLUTION)
 
 
 def round_obstacles_field(obstacles, origin_x: float = -3.0, origin_y: float = -3.0):

@@ -10,10 +10,11 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
+from controller_scenes import observe
 from scenes import WHEELCHAIR
 
-from drake_navbench.controller import ControllerError, ControllerSetup, Observation
-from drake_navbench.kernels.footprint import footprint_cost, footprint_radii
+from drake_navbench.controller import ControllerError
+from drake_navbench.kernels.footprint import footprint_cost
 from drake_navbench.kernels.grid import FREE, LETHAL, Costmap
 
 PERIOD_S = 0.05
@@ -25,18 +26,6 @@ WINDOW_M = 6.0
 SIGHT_M = 2.95
 PLAN_AHEAD_M = 3.0
 GOAL_TOLERANCE_M, GOAL_TOLERANCE_RAD = 0.25, 0.25
-
-
-def wheelchair_setup(*, wants_diagnostics: bool = False) -> ControllerSetup:
-    """Returns the setup of the published wheelchair."""
-    inscribed, circumscribed = footprint_radii(WHEELCHAIR)
-    return ControllerSetup(
-        control_period_s=PERIOD_S,
-        footprint=WHEELCHAIR,
-        inscribed_radius_m=inscribed,
-        circumscribed_radius_m=circumscribed,
-        wants_diagnostics=wants_diagnostics,
-    )
 
 
 def window(boxes, x: float, y: float, *, sight_m: float = SIGHT_M) -> Costmap:
@@ -143,12 +132,11 @@ def drive(
             seen += noise[0].normal(0.0, noise[1], 3)
         ahead = plan[passed:]
         lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(ahead[:, :2], axis=0).T))])
-        observation = Observation(
+        observation = observe(
+            ahead[lengths <= PLAN_AHEAD_M],
             time_s=step * PERIOD_S,
             pose=seen,
-            twist=twist.copy(),
-            plan=ahead[lengths <= PLAN_AHEAD_M],
-            plan_id=0,
+            twist=twist,
             costmap=costmap,
             goal=plan[-1],
         )

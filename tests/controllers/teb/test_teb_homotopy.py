@@ -2,6 +2,7 @@ import math
 
 import numpy as np
 import pytest
+from teb_bands import map_of
 
 from drake_navbench.controllers.teb.homotopy import (
     LEFT,
@@ -14,7 +15,6 @@ from drake_navbench.controllers.teb.homotopy import (
     swept_angles,
 )
 from drake_navbench.kernels.distance_field import distance_field
-from drake_navbench.kernels.grid import FREE, LETHAL, Costmap
 from drake_navbench.kernels.path_geometry import path_length
 
 CLEARANCE_M = 0.4
@@ -22,12 +22,7 @@ START, GOAL = np.array([-2.0, 0.0]), np.array([2.0, 0.0])
 
 
 def field_of(boxes):
-    """Returns the field of a 6 x 6 m map around the origin with boxes (x0, y0, x1, y1)."""
-    centres = -3.0 + (np.arange(120) + 0.5) * 0.05
-    costs = np.full((120, 120), FREE, dtype=np.uint8)
-    for x0, y0, x1, y1 in boxes:
-        costs[np.ix_((centres > y0) & (centres < y1), (centres > x0) & (centres < x1))] = LETHAL
-    return distance_field(Costmap(costs, -3.0, -3.0, 0.05))
+    return distance_field(map_of(boxes))
 
 
 def ways(boxes, cluster=0):

@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from controller_scenes import make_setup, observe
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from teb_bands import LIMITS, PACE, WEIGHTS, make_scene, numeric_jacobian, of_size, random_band
-from teb_closed_loop import plan_from_elements, wheelchair_setup, window
+from teb_closed_loop import plan_from_elements, window
 
-from drake_navbench.controller import Observation
 from drake_navbench.controllers.teb import TimedElasticBand
 from drake_navbench.controllers.teb.band import initialise
 from drake_navbench.controllers.teb.constraints import band_constraints, sparsity_pattern
@@ -187,21 +187,14 @@ def drive_decisions(include, boxes_at, count=30):
     parameters = load_preset("teb").parameters.model_copy(
         update={"include_dynamic_obstacles": include}
     )
-    controller = TimedElasticBand(parameters, wheelchair_setup())
+    controller = TimedElasticBand(parameters, make_setup())
     plan = plan_from_elements([("s", 4.5)])
     memory, commands = TebMemory(), []
     for step in range(count):
         time_s = 0.05 * step
         stamp_s = PERIOD_S * math.floor(time_s / PERIOD_S + 1e-9)
-        observation = Observation(
-            time_s=time_s,
-            pose=np.zeros(3),
-            twist=np.zeros(2),
-            plan=plan[plan[:, 0] < 2.5],
-            plan_id=0,
-            costmap=costmap_at(stamp_s, boxes_at(stamp_s), (0.0, 0.0)),
-            goal=plan[-1],
-        )
+        costmap = costmap_at(stamp_s, boxes_at(stamp_s), (0.0, 0.0))
+        observation = observe(plan[plan[:, 0] < 2.5], time_s=time_s, costmap=costmap, goal=plan[-1])
         decision = controller.step(observation, memory)
         memory = decision.memory
         commands.append(decision.command)

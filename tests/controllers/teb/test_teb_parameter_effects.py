@@ -6,9 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from teb_closed_loop import plan_from_elements, wheelchair_setup, window
+from controller_scenes import make_setup, observe
+from teb_closed_loop import plan_from_elements, window
 
-from drake_navbench.controller import ControllerError, Observation
+from drake_navbench.controller import ControllerError
 from drake_navbench.controllers.teb import TimedElasticBand
 from drake_navbench.controllers.teb.memory import TebMemory
 from drake_navbench.controllers.teb.parameters import DiscModel, TebParameters
@@ -60,16 +61,16 @@ SCENES = {
 
 def decisions(scene, **changes):
     """Returns what a controller with changed parameters does in the cycles of a scene."""
-    controller = TimedElasticBand(PRESET.model_copy(update=changes), wheelchair_setup())
+    controller = TimedElasticBand(PRESET.model_copy(update=changes), make_setup())
     memory, told = TebMemory(), []
     for step, plan in enumerate(scene.plans):
-        observation = Observation(
-            time_s=scene.period_s * step,
-            pose=np.zeros(3),
-            twist=np.array(scene.twist),
-            plan=plan[np.hypot(*plan[:, :2].T) < 2.9],
+        time_s = scene.period_s * step
+        observation = observe(
+            plan[np.hypot(*plan[:, :2].T) < 2.9],
+            time_s=time_s,
+            twist=scene.twist,
             plan_id=step,
-            costmap=replace(window(scene.boxes, 0.0, 0.0), stamp_s=scene.period_s * step),
+            costmap=replace(window(scene.boxes, 0.0, 0.0), stamp_s=time_s),
             goal=plan[-1],
         )
         try:

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from teb_bands import map_of
 
 from drake_navbench import run_trial
 from drake_navbench.controllers.teb.local_plan import LocalPlan
 from drake_navbench.controllers.teb.passage import Passage, plan_passage
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.kernels.distance_field import distance_field, path_clearance
-from drake_navbench.kernels.grid import FREE, LETHAL, Costmap
 from drake_navbench.logs.outcome import Outcome
 from drake_navbench.typed_files.typed_yaml import validate
 
@@ -18,11 +18,7 @@ WANTED_M = 0.25
 
 def passage_of(boxes, *, y=0.0, end_x=2.0):
     """Returns the passage of a plan along x from 0 to end_x at the height y among boxes."""
-    centres = -3.0 + (np.arange(120) + 0.5) * 0.05
-    costs = np.full((120, 120), FREE, dtype=np.uint8)
-    for x0, y0, x1, y1 in boxes:
-        costs[np.ix_((centres > y0) & (centres < y1), (centres > x0) & (centres < x1))] = LETHAL
-    field = distance_field(Costmap(costs, -3.0, -3.0, 0.05))
+    field = distance_field(map_of(boxes))
     x = np.arange(0.0, end_x + 1e-9, 0.05)
     poses = np.column_stack([x, np.full_like(x, y), np.zeros_like(x)])
     plan = LocalPlan(

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 import pytest
-from pursuit_scenes import arc_plan, command_of, make_costmap, make_setup, observe, turned_plan
+from controller_scenes import arc_plan, command_of, make_costmap, make_setup, observe, turned_plan
 
 from drake_navbench.controller import CollisionAhead, InvalidPath, SpeedLimit
 from drake_navbench.controllers.vector_pursuit import VectorPursuit, VectorPursuitParameters

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from scenes import SHORT_DRIVE
 
 from drake_navbench import run_trial
 from drake_navbench.controllers.external.client_process import ExternalControllerFailed
@@ -27,13 +28,7 @@ from drake_navbench.trial.column_controller import controller_setup
 from drake_navbench.trial.random_scenes import random_scenes
 
 ROBOT = load_robot("wheelchair")
-SCENARIO = Scenario(
-    name="short",
-    description="round a corner",
-    plan={"type": "polyline", "points": [[0.0, 0.0], [1.0, 0.0], [1.5, 0.5]]},
-    goal=(1.5, 0.5, 0.8),
-    timeout_s=8.0,
-)
+SCENARIO = Scenario(**SHORT_DRIVE)
 
 
 def _scenes(first: str, second: str, count: int = 50):

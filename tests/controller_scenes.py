@@ -1,4 +1,4 @@
-"""What tests of controllers that follow a plan place before a robot: plans, maps, observations."""
+"""What tests hand to a controller: a robot's setup, plans, maps, observations."""
 
 from __future__ import annotations
 
@@ -16,18 +16,15 @@ CELLS = 120
 ORIGIN = -3.0
 
 
+def setup_of(footprint, **values) -> ControllerSetup:
+    """Returns a setup at 20 Hz for an outline (K, 2), m."""
+    return ControllerSetup(0.05, footprint, *footprint_radii(footprint), **values)
+
+
 def make_setup(*, circle=False, **values) -> ControllerSetup:
     """Returns a setup at 20 Hz for the wheelchair, or for a circle of 0.22 m."""
     footprint = circle_footprint(0.22) if circle else WHEELCHAIR
-    inscribed_radius_m, circumscribed_radius_m = footprint_radii(footprint)
-    return ControllerSetup(
-        control_period_s=0.05,
-        footprint=footprint,
-        inscribed_radius_m=inscribed_radius_m,
-        circumscribed_radius_m=circumscribed_radius_m,
-        footprint_is_circle=circle,
-        **values,
-    )
+    return setup_of(footprint, footprint_is_circle=circle, **values)
 
 
 def make_costmap(cost=0, *, cells=(), tracks_unknown=False) -> Costmap:
