@@ -60,12 +60,9 @@ def run_benchmark(
     wrong, NavbenchError where trials were ended by something outside of them.
     """
     out = None if out is None else Path(out).absolute()
-    scenarios = [scenarios] if isinstance(scenarios, str | Scenario) else list(scenarios)
-    sweeps = [sweeps] if isinstance(sweeps, str) else list(sweeps)
-    if isinstance(controllers, str):
-        controllers = listed_controllers(controllers)
-    elif isinstance(controllers, Preset):
-        controllers = [controllers]
+    scenarios, sweeps = _as_list(scenarios), _as_list(sweeps)
+    is_text = isinstance(controllers, str)
+    controllers = listed_controllers(controllers) if is_text else _as_list(controllers)
     names = [c if isinstance(c, str) else c.name for c in controllers]
     scenario_names = [s if isinstance(s, str) else s.name for s in scenarios]
     is_told_by_names = [*names, *scenario_names] == [*controllers, *scenarios]
@@ -109,18 +106,22 @@ def run_benchmark(
     return Results(table, folder.path, temporary)
 
 
+def _as_list(given: Any) -> list[Any]:
+    """Returns an argument that is one thing or a sequence of things as a list."""
+    is_one = isinstance(given, str | Path | Scenario | Preset)
+    return [given] if is_one else list(given)
+
+
 def _asked_of_files(files: NavigationFiles) -> dict[str, Any]:
     """Returns the fields of a request; raises TypeError for an unknown argument."""
     unknown = set(files) - set(NavigationFiles.__annotations__)
     if unknown:
         raise TypeError(f"run_benchmark() got an unexpected keyword argument {min(unknown)!r}")
-    against = files.get("against", ())
-    against = [against] if isinstance(against, str | Path) else list(against)
     if "goals" in files and "map" not in files:
         raise InputError("run_benchmark: goals: expected a map as well")
     return {
         "nav2_files": [str(files["nav2"])] if "nav2" in files else [],
-        "against": list(map(str, against)),
+        "against": list(map(str, _as_list(files.get("against", ())))),
         "map_task": {"map": str(files["map"]), "goals": files.get("goals")}
         if "map" in files
         else None,

@@ -127,40 +127,50 @@ def plan_campaign(
     specs = []
     checked: list[tuple[Preset, Robot]] = []
     for entry in swept:
-        scenario = entry.scenario
-        robots = _robots_of(scenario, [preset for preset, _, _ in entry.columns], robot)
-        for loaded_robot in {id(found): found for found in robots.values()}.values():
-            check_task(scenario, loaded_robot)
-            check_cost(scenario, loaded_robot)
-            check_plugins(scenario, loaded_robot)
-        fitted = [preset.for_robot(robots[preset]) for preset, _, _ in entry.columns]
-        drivers = list(zip(fitted, robots.values(), strict=True))
-        for preset, loaded_robot in drivers:
-            # Some parameters are wrong only for this robot or its control period. A controller in
-            # another process is started for the check, so that a robot of many scenarios is checked
-            # once.
-            if (preset, loaded_robot) not in checked:
-                check_controller(preset, loaded_robot)
-                checked.append((preset, loaded_robot))
-            check_running_stack(scenario, preset)
-            warn_of_column(preset, loaded_robot)
-        paired_with = scenario.clean_scenario or entry.base
+        paired_with = entry.scenario.clean_scenario or entry.base
         firsts = [
             TrialSpec(
-                scenario,
+                entry.scenario,
                 loaded_robot,
                 preset,
                 seed=trial_seed(seed, paired_with, 0),
                 wants_diagnostics=wants_diagnostics,
                 keeps_costmaps=keeps_costmaps,
             )
-            for preset, loaded_robot in drivers
+            for preset, loaded_robot in _checked_drivers(entry, robot, checked)
         ]
         specs += firsts
         for trial in range(1, trials):
             trials_own_seed = trial_seed(seed, paired_with, trial)
             specs += [first.numbered(trial, trials_own_seed) for first in firsts]
     return Campaign(tuple(specs), sweep=_origins(swept) if any(points) else {})
+
+
+def _checked_drivers(
+    entry: SweptScenario, robot: str | Robot, checked: list[tuple[Preset, Robot]]
+) -> list[tuple[Preset, Robot]]:
+    """Returns each column with its robot in a scenario, all of it checked; raises InputError.
+
+    checked: the columns and robots that were checked before; those of this scenario are added.
+    """
+    scenario = entry.scenario
+    robots = _robots_of(scenario, [preset for preset, _, _ in entry.columns], robot)
+    for loaded_robot in {id(found): found for found in robots.values()}.values():
+        check_task(scenario, loaded_robot)
+        check_cost(scenario, loaded_robot)
+        check_plugins(scenario, loaded_robot)
+    fitted = [preset.for_robot(robots[preset]) for preset, _, _ in entry.columns]
+    drivers = list(zip(fitted, robots.values(), strict=True))
+    for preset, loaded_robot in drivers:
+        # Some parameters are wrong only for this robot or its control period. A controller in
+        # another process is started for the check, so that a robot of many scenarios is checked
+        # once.
+        if (preset, loaded_robot) not in checked:
+            check_controller(preset, loaded_robot)
+            checked.append((preset, loaded_robot))
+        check_running_stack(scenario, preset)
+        warn_of_column(preset, loaded_robot)
+    return drivers
 
 
 def _robots_of(

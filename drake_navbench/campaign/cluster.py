@@ -13,6 +13,7 @@ import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, suppress
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -122,7 +123,8 @@ def drive_on_cluster(
                 if not refused[ending.worker]:
                     on_refused_worker(f"worker {ending.worker} is refused: {ending.refusal}")
                 refused[ending.worker] += 1
-                _dismiss(client, ending.worker)
+                with suppress(Exception):
+                    client.retire_workers([ending.worker])
                 waiting.append(chunk)
                 if set(client.scheduler_info(n_workers=-1)["workers"]) <= set(refused):
                     raise NavbenchError(f"every worker of the cluster is refused: {ending.refusal}")
@@ -149,20 +151,11 @@ def _ending_of(future: Future[Any]) -> ChunkEnding | Died:
     return found
 
 
-def _dismiss(client: Client, worker: str) -> None:
-    with suppress(Exception):
-        client.retire_workers([worker])
-
-
 def _keep_logs(ending: ChunkEnding, specs: Sequence[TrialSpec], folder: ResultsFolder) -> None:
     for spec, content in zip(specs, ending.logs, strict=True):
         if content is not None:
             path = folder.log_path(spec.scenario.name, spec.preset.name, spec.trial)
-            _write_bytes(path, content)
-
-
-def _write_bytes(path: Path, content: bytes) -> None:
-    write_whole(path, lambda unfinished: unfinished.write_bytes(content))
+            write_whole(path, partial(Path.write_bytes, data=content))
 
 
 def _drive_chunk(

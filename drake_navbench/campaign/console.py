@@ -6,6 +6,7 @@ import os
 import re
 from collections.abc import Collection
 from pathlib import Path
+from typing import Self
 
 import pandas as pd
 from rich.console import Console
@@ -50,7 +51,20 @@ def _columns_asked() -> bool:
     return columns.isdecimal() and int(columns) > 0
 
 
-class CampaignProgress:
+class _Progress:
+    """A progress bar, for a `with` statement."""
+
+    _bar: RichProgress
+
+    def __enter__(self) -> Self:
+        self._bar.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._bar.stop()
+
+
+class CampaignProgress(_Progress):
     """A progress bar with the trials done, running and failed, the time left, and the parts of
     trials whose kernels are being compiled."""
 
@@ -67,13 +81,6 @@ class CampaignProgress:
         )
         self._task = self._bar.add_task("trials", total=None, running=0, failed=0, compiling="")
 
-    def __enter__(self) -> CampaignProgress:
-        self._bar.start()
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self._bar.stop()
-
     def update(self, progress: Progress) -> None:
         """Shows how far the campaign is."""
         self._bar.update(
@@ -86,7 +93,7 @@ class CampaignProgress:
         )
 
 
-class CompileProgress:
+class CompileProgress(_Progress):
     """A progress bar over the steps of compiling; one step may take a minute.
 
     So it also shows the number of compiled kernels, counted as files in their folder, and the time.
@@ -102,13 +109,6 @@ class CompileProgress:
             disable=console.quiet,
         )
         self._task = self._bar.add_task("kernels", total=None)
-
-    def __enter__(self) -> CompileProgress:
-        self._bar.start()
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self._bar.stop()
 
     def update(self, done: int, total: int) -> None:
         """Shows how many steps are done; the first one leaves the bar pulsing."""

@@ -113,9 +113,8 @@ def keep(log: TrialLog, folder: ResultsFolder) -> Path:
     A log of a trial whose sliders were moved goes to a folder of its own, as it is no result of its
     column.
     """
-    info = log.info
-    path = folder.log_path(info["scenario"]["name"], info["controller"], info["trial"])
-    if not info.get(LIVE_CHANGES):
+    path = folder.path_of(log)
+    if not log.info.get(LIVE_CHANGES):
         folder.write_log(log)
         return path
     path = folder.path / CHANGED_FOLDER / path.relative_to(folder.path / "trials")

@@ -120,9 +120,9 @@ class LiveControls:
         self._cycle = cycle
 
     def _for_drawing(self, time_s: float) -> dict[str, object]:
-        """Returns the last cycle's diagnostics with arrays, from a controller for the page alone.
+        """Returns the last cycle's diagnostics with arrays, for the page.
 
-        So the log equals that of a trial that nobody watches.
+        A second controller computes them: the log equals that of a trial without a page.
         """
         if self._cycle is None or time_s - self._drawn_s < DRAWN_PERIOD_S:
             return self._diagnostics

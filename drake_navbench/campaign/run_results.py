@@ -71,11 +71,17 @@ class Results:
 
     def log(self, scenario: str, controller: str, trial: int = 0) -> TrialLog:
         """Returns the log of a trial; raises InputError where there is none."""
-        for column, name in (("scenario", scenario), ("controller", controller)):
-            known = list(dict.fromkeys(self.trials[column]))
-            if name not in known:
-                raise InputError(f"{column} {name!r} was not run{nearest_name_hint(name, known)}")
+        self._require_run("scenario", scenario)
+        self._require_run("controller", controller)
         return TrialLog.read(ResultsFolder(self.path).log_path(scenario, controller, trial))
+
+    def _require_run(self, column: str, name: str) -> None:
+        known = self._names(column)
+        if name not in known:
+            raise InputError(f"{column} {name!r} was not run{nearest_name_hint(name, known)}")
+
+    def _names(self, column: str) -> list[str]:
+        return list(dict.fromkeys(self.trials[column]))
 
     def best(self, metric: str = "time_to_goal_s", scenario: str | None = None) -> str | None:
         """Returns the controller that is shown to be best, None where the trials do not show one.
@@ -84,25 +90,19 @@ class Results:
         of a controller in a scenario count once. Raises InputError where the metric or the scenario
         is not known.
         """
-        found = all_metrics()
-        names = [entry.name for entry in found]
-        if metric not in names:
-            raise InputError(f"metric {metric!r} is unknown{nearest_name_hint(metric, names)}")
-        trials = self.trials
+        metrics = {entry.name: entry for entry in all_metrics()}
+        if metric not in metrics:
+            raise _unknown_metric(metric)
+        trials, entry = self.trials, metrics[metric]
         if scenario is not None:
+            self._require_run("scenario", scenario)
             trials = trials[trials["scenario"] == scenario]
-            if trials.empty:
-                known = list(dict.fromkeys(self.trials["scenario"]))
-                raise InputError(
-                    f"scenario {scenario!r} was not run{nearest_name_hint(scenario, known)}"
-                )
-        entry = found[names.index(metric)]
         repeated = repeated_cells(trials) if entry.is_repeatable else frozenset()
         cells = pd.MultiIndex.from_frame(trials[["scenario", "controller"]])
         trials = trials[~(cells.isin(list(repeated)) & cells.duplicated())]
         driven = list(dict.fromkeys(trials["scenario"]))
-        parts = [comparable_trials(own, names) for _, own in trials.groupby("scenario", sort=False)]
-        pooled = pd.concat(parts)
+        groups = trials.groupby("scenario", sort=False)
+        pooled = pd.concat([comparable_trials(own, metrics) for _, own in groups])
         seeds = pooled["scenario"].astype(str) + "/" + pooled["seed"].astype(str)
         judged = verdict(
             pooled.assign(seed=seeds, scenario=""),
@@ -131,9 +131,8 @@ class Results:
 
         Raises InputError where the table has no such metric.
         """
-        if metric not in self.trials:
-            names = [entry.name for entry in all_metrics()]
-            raise InputError(f"metric {metric!r} is unknown{nearest_name_hint(metric, names)}")
+        if metric not in self.trials or self.trials[metric].map(type).eq(str).any():
+            raise _unknown_metric(metric)
         # matplotlib takes half a second to import, which runs that draw nothing save.
         from drake_navbench.analysis.notebook import dots
 
@@ -153,7 +152,7 @@ class Results:
         from drake_navbench.analysis.notebook import ReplayPage, model_of
         from drake_navbench.analysis.replay import write_race_replay, write_trial_replay
 
-        columns = list(dict.fromkeys(self.trials["controller"]))
+        columns = self._names("controller")
         if controller is not None:
             path = ResultsFolder(self.path).log_path(scenario, controller, trial)
             log, page = self.log(scenario, controller, trial), path.with_suffix(".html")
@@ -166,8 +165,7 @@ class Results:
         driven = [log for log in logs if len(log.samples)]
         if not driven:
             raise InputError(
-                f"{scenario}: every trial ended before its first sample, so there is nothing "
-                f"to show"
+                f"{scenario}: every trial ended before its first sample; there is nothing to show"
             )
         page = ResultsFolder(self.path).replay_path(scenario)
         model = model_of(driven[0])
@@ -175,3 +173,8 @@ class Results:
             page, lambda file: write_race_replay(driven, file, model=model, columns=columns)
         )
         return ReplayPage(page)
+
+
+def _unknown_metric(name: str) -> InputError:
+    known = [entry.name for entry in all_metrics()]
+    return InputError(f"metric {name!r} is unknown{nearest_name_hint(name, known)}")

@@ -165,7 +165,7 @@ def expand(
 
     A field belongs to the column whose name stands before its first dot, else to the robot or to
     the scenario, whichever has it. Points that differ in a column's parameters alone share their
-    scenario. Raises InputError for a field that nobody has, or a value that it cannot take.
+    scenario. Raises InputError for an unknown field, or a value that its field refuses.
     """
     columns = {preset.name: preset for preset in presets}
     owners = {field: owner_of(field, columns) for point in points[:1] for field in point}

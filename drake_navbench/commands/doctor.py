@@ -61,6 +61,7 @@ def _look_into_package(arguments: argparse.Namespace) -> int:
 
 
 def _look_at_files(arguments: argparse.Namespace) -> int:
+    from drake_navbench.studies.doctor.proposals import read_proposals
     from drake_navbench.studies.doctor.told import told_of_lent_robot, wrapped
 
     if not arguments.files:
@@ -80,7 +81,7 @@ def _look_at_files(arguments: argparse.Namespace) -> int:
     report = _examine_bag(arguments)
     if symptom is None and report is not None:
         symptom = report.weightiest
-    proposed = _proposed(arguments, patient)
+    proposed = read_proposals(arguments.proposals, patient)
     told = _told(arguments, symptom, patient)
     _read(patient, symptom, told)
     if arguments.read_only:
@@ -164,12 +165,6 @@ def _patient(arguments: argparse.Namespace) -> Patient:
         arguments.nav2_release,
         arguments.controller or "",
     )
-
-
-def _proposed(arguments: argparse.Namespace, patient: Patient) -> list[Trial]:
-    from drake_navbench.studies.doctor.proposals import read_proposals
-
-    return read_proposals(arguments.proposals, patient)
 
 
 def _symptom(arguments: argparse.Namespace) -> Symptom | None:
@@ -296,6 +291,7 @@ def _look_at_log(arguments: argparse.Namespace) -> None:
 def _score(arguments: argparse.Namespace) -> None:
     from drake_navbench.studies.doctor.known_cases import read_cases, score_case
     from drake_navbench.studies.doctor.score_page import score_page
+    from drake_navbench.typed_files.output_file import write_text
 
     if arguments.files:
         raise InputError("--score: takes the files of its cases from --files; expected no FILE")
@@ -305,8 +301,7 @@ def _score(arguments: argparse.Namespace) -> None:
     scored = [score_case(case, arguments.case_files) for case in cases]
     page = score_page(scored, cases)
     if arguments.page is not None:
-        with writing(arguments.page):
-            arguments.page.write_text(page, encoding="utf-8")
+        write_text(arguments.page, page)
     print_text(page)
 
 

@@ -91,8 +91,7 @@ def _import(arguments: argparse.Namespace) -> None:
             print(f"warning: {loss}", file=sys.stderr)
         for log in entry.logs:
             info = log.info
-            path = folder.log_path(info["scenario"]["name"], info["controller"], info["trial"])
-            told = f"{path}: {log.outcome}, {log.end_time_s:.1f} s: {info['reason']}"
+            told = f"{folder.path_of(log)}: {log.outcome}, {log.end_time_s:.1f} s: {info['reason']}"
             # Names of frames, and the header of an exported bag, may contain anything.
             print(as_line(told))
             for what, reason in info["missing"].items():

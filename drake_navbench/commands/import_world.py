@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drake_navbench.commands.command_line import CommandParser, Options, command, print_text
-from drake_navbench.errors import InputError, printable, writing
+from drake_navbench.errors import InputError, printable
 
 if TYPE_CHECKING:
     from drake_navbench.inputs.scenario import Scenario
@@ -50,6 +50,7 @@ def _import(arguments: argparse.Namespace) -> None:
     from drake_navbench.campaign.scene_views import scene_view
     from drake_navbench.inputs.gazebo_world import load_gazebo_world, scenario_in_world
     from drake_navbench.inputs.robot import body_top_m, load_robot
+    from drake_navbench.typed_files.output_file import write_text
 
     out = arguments.out or Path(f"{arguments.world.name.partition('.')[0]}.yaml")
     if out.exists():
@@ -65,9 +66,10 @@ def _import(arguments: argparse.Namespace) -> None:
     start, goal = tuple(arguments.start), tuple(arguments.goal)
     scenario = scenario_in_world(world, start, goal, name=out.stem)
     view, told = scene_view([scenario], robot)
-    with writing(out), figure_style():
-        out.write_text(scenario_file(scenario), encoding="utf-8")
+    with figure_style():
         (picture,) = write_figure(scene_figure(view), out.with_suffix(""), (PNG,))
+    # Last and whole: where the disk is full, the same command may be given again.
+    write_text(out, scenario_file(scenario))
     for line in told:
         print_text(f"{printable(line)}\n")
     print_text(f"{printable(world.summary)}\n{out} and {picture} written\n")

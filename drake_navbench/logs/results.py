@@ -118,6 +118,12 @@ class ResultsFolder:
         folder = self.path / "trials" / file_name(scenario) / file_name(controller)
         return folder / f"trial_{trial:03d}.parquet"
 
+    def path_of(self, log: TrialLog) -> Path:
+        """Returns the path of a log."""
+        return self.log_path(
+            log.info["scenario"]["name"], log.info["controller"], log.info["trial"]
+        )
+
     def table_path(self, scenario: str, suffix: str) -> Path:
         """Returns the path of a scenario's table; suffix '.csv' or '.md'."""
         return self.path / "tables" / f"{file_name(scenario)}{suffix}"
@@ -138,15 +144,13 @@ class ResultsFolder:
         campaign_identity: identity of the log's campaign. Raises InputError where the folder now
         belongs to another campaign, as when a worker outlives its run.
         """
-        info = log.info
-        path = self.log_path(info["scenario"]["name"], info["controller"], info["trial"])
 
         def write(unfinished: Path) -> None:
             log.write(unfinished)
             if campaign_identity is not None:
                 self._require_campaign(campaign_identity)
 
-        write_whole(path, write)
+        write_whole(self.path_of(log), write)
 
     def _require_campaign(self, identity: str) -> None:
         if self.read_manifest().get("identity") != identity:

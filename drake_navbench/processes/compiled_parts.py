@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 
+from drake_navbench.errors import CannotBeWritten
 from drake_navbench.processes.cache_folder import brought_folders, kernel_folder
 from drake_navbench.processes.kernel_sources import digest_of_all
+from drake_navbench.typed_files.output_file import write_text
 
 
 def compiled_parts() -> set[str]:
@@ -25,11 +26,8 @@ def note_compiled(parts: Iterable[str]) -> None:
     file = kernel_folder() / _name()
     known = sorted({*_read(file), *parts})
     # If this file cannot be written, neither can compiled kernels.
-    with suppress(OSError):
-        file.parent.mkdir(parents=True, exist_ok=True)
-        unfinished = file.with_suffix(f".{os.getpid()}")
-        unfinished.write_text(json.dumps(known), encoding="utf-8")
-        unfinished.replace(file)
+    with suppress(CannotBeWritten):
+        write_text(file, json.dumps(known))
 
 
 def _name() -> str:

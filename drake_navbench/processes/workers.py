@@ -1,4 +1,4 @@
-"""Runs tasks in processes of their own: whatever a task does, the caller learns how it ended.
+"""Runs each task in a worker process, and tells the caller how each ended.
 
 Every worker is forked from multiprocessing's fork server and has one pipe to the caller, which no
 other process holds. Results come through the pipe. When the pipe closes, the process at its other

@@ -102,6 +102,14 @@ def entry_at(content: Mapping[str, Any], place: Place) -> Any:
     return found
 
 
+def list_at(content: Mapping[str, Any], place: Place) -> list[Any]:
+    """Returns the list at a place of a scenario's content; an empty list where it has none."""
+    try:
+        return entry_at(content, place) or []
+    except (KeyError, IndexError):
+        return []
+
+
 def with_entry(content: Mapping[str, Any], place: Place, value: Any) -> dict[str, Any]:
     """Returns a content with another value at a place; a missing place is created."""
     changed = deepcopy(dict(content))
@@ -120,11 +128,7 @@ def with_entry(content: Mapping[str, Any], place: Place, value: Any) -> dict[str
 
 def with_added(content: Mapping[str, Any], place: Place, value: Any) -> dict[str, Any]:
     """Returns a content with a value appended to the list at a place."""
-    try:
-        found = entry_at(content, place)
-    except (KeyError, IndexError):
-        found = None
-    return with_entry(content, (*place, len(found or [])), value)
+    return with_entry(content, (*place, len(list_at(content, place))), value)
 
 
 def without(content: Mapping[str, Any], place: Place) -> dict[str, Any]:
@@ -239,11 +243,7 @@ def with_area(
 ) -> dict[str, Any]:
     """Returns a content with one more area of a filter; a missing filter is created."""
     place = (*floor, "filters")
-    try:
-        filters = entry_at(content, place) or []
-    except KeyError:
-        filters = []
-    for index, entry in enumerate(filters):
+    for index, entry in enumerate(list_at(content, place)):
         if entry.get("type") == kind and "areas" in entry:
             return with_added(content, (*place, index, "areas"), dict(drawn))
     return with_added(content, place, {"type": kind, "areas": [dict(drawn)]})
@@ -328,6 +328,4 @@ def _xy(point: Sequence[float]) -> Point:
 
 
 def _ordered(one: Point, other: Point) -> tuple[list[float], list[float]]:
-    return [min(a, b) for a, b in zip(one, other, strict=True)], [
-        max(a, b) for a, b in zip(one, other, strict=True)
-    ]
+    return list(map(min, one, other)), list(map(max, one, other))

@@ -6,7 +6,14 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from drake_navbench.studio import drawing
-from drake_navbench.studio.drawing import Place, Point, entry_at, with_added, with_entry
+from drake_navbench.studio.drawing import (
+    Place,
+    Point,
+    entry_at,
+    list_at,
+    with_added,
+    with_entry,
+)
 
 LOOK, MOVE, PERSON, MOVING = "View", "Move", "Person", "Cart"
 HINTS = {
@@ -96,11 +103,3 @@ def with_way(
     if list(point) == (goals or [movers[-1]["start"]])[-1]:
         return content
     return with_added(content, (*last, "goals"), list(point))
-
-
-def list_at(content: Mapping[str, Any], place: Place) -> list[Any]:
-    """Returns the list at a place of a scenario's content; an empty list where it has none."""
-    try:
-        return entry_at(content, place) or []
-    except (KeyError, IndexError):
-        return []

@@ -37,17 +37,13 @@ class NoResult(NavbenchError):
     """A worker's task came to no result: it was stopped, took too long or the worker died."""
 
 
-class _Desk:
+class _WaitedFor:
     """A standing worker with a thread that waits for it, so that the pages never do."""
 
     def __init__(self, limit_s: float) -> None:
         self._worker = StandingWorker(TASKS_PER_WORKER)
         self._waiter = ThreadPoolExecutor(1)
         self._limit_s = limit_s
-
-    @property
-    def pid(self) -> int | None:
-        return self._worker.pid
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
         return self._waiter.submit(self._called, Task(function, arguments, self._limit_s))
@@ -79,15 +75,15 @@ class Engine:
 
     def __init__(self) -> None:
         load_workers()
-        self._looks, self._drives = _Desk(LOOK_LIMIT_S), _Desk(DRIVE_LIMIT_S)
+        self._looks, self._drives = _WaitedFor(LOOK_LIMIT_S), _WaitedFor(DRIVE_LIMIT_S)
         self._folder = tempfile.TemporaryDirectory(prefix="drake-navbench-studio-")
         self._numbers = count()
         self.metrics, *_ = [self.drive("warm", name) for name in WARM_COLUMNS]
-        self.is_warm = False
-        self.metrics.add_done_callback(self._note_warm)
 
-    def _note_warm(self, done: Future[Any]) -> None:
-        self.is_warm = True
+    @property
+    def is_warm(self) -> bool:
+        """Whether the worker that drives has driven its first column."""
+        return self.metrics.done()
 
     def look(self, name: str, *arguments: Any) -> Future[Any]:
         """Calls a function of the module `tasks` in the worker that looks."""
@@ -103,11 +99,6 @@ class Engine:
         for old in sorted(folder.glob("*.parquet"))[: -KEPT_LOGS + 1]:
             old.unlink(missing_ok=True)
         return str(folder / f"{next(self._numbers):06d}.parquet")
-
-    @property
-    def pids(self) -> list[int]:
-        """The processes of the workers."""
-        return [pid for pid in (self._looks.pid, self._drives.pid) if pid is not None]
 
     def stop_driving(self) -> None:
         """Ends the trial that runs."""

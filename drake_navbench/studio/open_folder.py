@@ -70,7 +70,7 @@ class OpenFolder:
         return path.relative_to(self.root).as_posix()
 
     def names(self, suffixes: tuple[str, ...]) -> list[str]:
-        """Returns the names of files with these suffixes, none of them in results or hidden."""
+        """Returns the names of files with these suffixes, without hidden files and results."""
         found: list[str] = []
         waiting = [(self.root, 0)]
         while waiting and len(found) < MAX_NAMES:

@@ -22,6 +22,8 @@ def test_a_folder_is_opened_again_with_its_trials(tmp_path):
     for call in (opened.best, opened.plot):
         with pytest.raises(InputError, match="did you mean 'time_to_goal_s'"):
             call("time_to_gaol_s")
+        with pytest.raises(InputError, match="metric 'outcome' is unknown"):
+            call("outcome")
     with pytest.raises(InputError, match="not a results folder"):
         Results.open(tmp_path)
 

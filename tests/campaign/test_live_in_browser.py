@@ -37,18 +37,9 @@ def browser(tmp_path):
 
 def watched(browser, out):
     """Begins a watched trial and opens its page at once, before its scene is made."""
-    command = ["run", "empty", "--controllers", "rpp", "--trials", "1", "--live"]
+    words = f"-m drake_navbench run empty --controllers rpp --trials 1 --live --live-wait {WAIT_S}"
     process = subprocess.Popen(
-        [
-            sys.executable,
-            "-m",
-            "drake_navbench",
-            *command,
-            "--live-wait",
-            str(WAIT_S),
-            "--out",
-            out,
-        ],
+        [sys.executable, *words.split(), "--out", out],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

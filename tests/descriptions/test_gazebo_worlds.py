@@ -10,6 +10,7 @@ import shapely
 import yaml
 from descriptions_scenes import ROOM, box, standing, world
 from PIL import Image
+from small_disk import SmallDisk, on_small_disk
 
 from drake_navbench.commands import import_world
 from drake_navbench.commands.command_line import EXIT_DONE, EXIT_WRONG_INPUT
@@ -316,6 +317,22 @@ def test_import_world_writes_a_scenario_that_is_the_same_world(tmp_path, capsys)
     assert out.with_suffix(".png").stat().st_size > 10_000
     assert import_world.main(asked) == EXIT_WRONG_INPUT
     assert "exists; expected a new file" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("real_pngs")
+def test_import_world_leaves_nothing_in_the_way_where_the_disk_is_full(tmp_path):
+    (tmp_path / "room.world").write_text(world(ROOM))
+
+    def import_twice(disk: SmallDisk) -> None:
+        asked = [str(tmp_path / "room.world"), "--start", "-2", "0", "0", "--goal", "2", "0", "0"]
+        print(import_world.main([*asked, "--out", str(disk.path / "mine.yaml")]))
+        disk.grow("5m")
+        print(import_world.main([*asked, "--out", str(disk.path / "mine.yaml")]))
+
+    told = on_small_disk(tmp_path, "8k", import_twice)
+    assert (told.out[0], told.out[-1]) == ("2", "0")
+    (fault,) = told.error
+    assert fault.endswith("mine.png: cannot be written: No space left on device")
 
 
 def test_a_world_beside_its_map_is_planned_on_the_map_and_met_as_it_is(tmp_path):

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable
+from functools import reduce
+from operator import getitem
 from typing import Any
 
 import yaml
@@ -32,39 +33,10 @@ VALUES = st.recursive(
     ),
     max_leaves=8,
 )
-FRAGMENTS = st.sampled_from(
-    [
-        "!!int ",
-        "!!timestamp soon",
-        "!!map x",
-        "!!python/name:os.system ",
-        "&a ",
-        "*a",
-        "<<: ",
-        "[",
-        "]",
-        "{",
-        "}",
-        "? ",
-        "- ",
-        ": ",
-        "\t",
-        "\n",
-        "|\n",
-        ">\n",
-        "'",
-        '"',
-        "#",
-        "%YAML 9\n",
-        "---\n",
-        "...\n",
-        "\x00",
-        "1:1:1",
-        "2024-02-30",
-        ".nan",
-        "1e400",
-    ]
-)
+MARKS = ["&a ", "*a", "<<: ", "? ", "- ", ": ", "|\n", ">\n", "%YAML 9\n", "---\n", "...\n"]
+TAGS = ["!!int ", "!!timestamp soon", "!!map x", "!!python/name:os.system "]
+ODD_VALUES = ["1:1:1", "2024-02-30", ".nan", "1e400"]
+FRAGMENTS = st.sampled_from([*"[]{}'\"#\t\n\x00", *MARKS, *TAGS, *ODD_VALUES])
 
 
 def places_in(document: Any, path: tuple = ()) -> list[tuple]:
@@ -77,12 +49,6 @@ def places_in(document: Any, path: tuple = ()) -> list[tuple]:
     return found
 
 
-def _change(document: Any, path: tuple, change: Callable[[Any, Any], None]) -> None:
-    for key in path[:-1]:
-        document = document[key]
-    change(document, path[-1])
-
-
 @st.composite
 def damaged(draw: st.DrawFn, document: dict[str, Any]) -> dict[str, Any]:
     """Draws a document with a few values replaced, removed, moved or added."""
@@ -91,34 +57,22 @@ def damaged(draw: st.DrawFn, document: dict[str, Any]) -> dict[str, Any]:
         places = places_in(document)
         if not places:
             break
-        place = draw(st.sampled_from(places))
+        *above, last = draw(st.sampled_from(places))
+        parent = reduce(getitem, above, document)
         kind = draw(st.sampled_from(["replace", "replace", "remove", "add", "nest"]))
         if kind == "remove":
-            _change(document, place, lambda parent, key: parent.pop(key))
+            parent.pop(last)
             continue
         value = draw(VALUES)
         if kind == "nest":
             value = {draw(st.text(max_size=8)): value, "type": draw(SCALARS)}
         if kind == "add":
-            key = draw(st.text(max_size=12) | ODD_TEXTS)
-            _change(document, (*place[:-1], key), _set_if_mapping(value))
-        else:
-            _change(document, place, lambda parent, key, value=value: _set(parent, key, value))
-    return document
-
-
-def _set(parent: Any, key: Any, value: Any) -> None:
-    parent[key] = value
-
-
-def _set_if_mapping(value: Any) -> Callable[[Any, Any], None]:
-    def change(parent: Any, key: Any) -> None:
-        if isinstance(parent, dict):
-            parent[key] = value
-        else:
+            last = draw(st.text(max_size=12) | ODD_TEXTS)
+        if kind == "add" and isinstance(parent, list):
             parent.append(value)
-
-    return change
+        else:
+            parent[last] = value
+    return document
 
 
 @st.composite

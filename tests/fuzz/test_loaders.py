@@ -199,41 +199,30 @@ def check(name: str, content: bytes | str, write: Callable[[str, bytes | str], P
         LOADERS[name](path)
 
 
-@fuzz
-@given(
-    document=damaged(SCENARIO)
-    | st.sampled_from(GIVEN_PLANS).flatmap(
+DAMAGED: dict[str, st.SearchStrategy[bytes | str]] = {
+    "scenario.yaml": damaged(SCENARIO).map(as_text)
+    | st.sampled_from(GIVEN_PLANS)
+    .flatmap(
         lambda plan: damaged(
             SCENARIO | {"plan": plan, "navigation_mode": "follow_path", "waypoints": []}
         )
     )
-)
-def test_scenarios(document, file):
-    check("scenario.yaml", as_text(document), file)
+    .map(as_text),
+    "robot.yaml": damaged(ROBOT).map(as_text),
+    "preset.yaml": st.sampled_from(PRESETS).flatmap(damaged).map(as_text),
+    "nav2.yaml": damaged(NAV2).map(as_text),
+    "map.yaml": damaged(MAP).map(as_text),
+    "manifest.json": damaged(MANIFEST).map(json.dumps)
+    | damaged_bytes(json.dumps(MANIFEST).encode()),
+    "text.yaml": damaged_text(as_text(SCENARIO)) | st.text(max_size=200),
+}
 
 
+@pytest.mark.parametrize("name", DAMAGED)
 @fuzz
-@given(document=damaged(ROBOT))
-def test_robots(document, file):
-    check("robot.yaml", as_text(document), file)
-
-
-@fuzz
-@given(document=st.sampled_from(PRESETS).flatmap(damaged))
-def test_presets(document, file):
-    check("preset.yaml", as_text(document), file)
-
-
-@fuzz
-@given(document=damaged(NAV2))
-def test_nav2_parameter_files(document, file):
-    check("nav2.yaml", as_text(document), file)
-
-
-@fuzz
-@given(document=damaged(MAP))
-def test_maps(document, file):
-    check("map.yaml", as_text(document), file)
+@given(data=st.data())
+def test_damaged_files(name, data, file):
+    check(name, data.draw(DAMAGED[name]), file)
 
 
 @fuzz
@@ -243,24 +232,6 @@ def test_images_of_maps(content, file):
     path = file("image/map.yaml", as_text(MAP | {"image": image.name}))
     with only_input_errors():
         load_map(path)
-
-
-@fuzz
-@given(document=damaged(MANIFEST))
-def test_manifests(document, file):
-    check("manifest.json", json.dumps(document), file)
-
-
-@fuzz
-@given(content=damaged_bytes(json.dumps(MANIFEST).encode()))
-def test_bytes_of_manifests(content, file):
-    check("manifest.json", content, file)
-
-
-@fuzz
-@given(text=damaged_text(as_text(SCENARIO)) | st.text(max_size=200))
-def test_texts(text, file):
-    check("text.yaml", text, file)
 
 
 @fuzz

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import os
+import tempfile
 
 import numpy as np
 import pytest
@@ -193,6 +195,15 @@ def test_a_process_that_is_killed_leaves_a_later_stamp_than_it_sent(tmp_path):
     killed.keep(sent_ns)
     killed._file.close()
     assert ClockFile(5, tmp_path).first_stamp_ns > sent_ns
+
+
+def test_the_clock_is_not_kept_where_another_user_could_choose_the_file(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    (tmp_path / "theirs").mkdir()
+    (tmp_path / "theirs" / "live-domain-5").write_text("42", encoding="ascii")
+    (tmp_path / f"drake_navbench-{os.getuid()}").symlink_to(tmp_path / "theirs")
+    ClockFile(5).close(FIRST_STAMP_NS)
+    assert (tmp_path / "theirs" / "live-domain-5").read_text(encoding="ascii") == "42"
 
 
 def test_a_namespace_stands_before_every_topic_but_the_clock():

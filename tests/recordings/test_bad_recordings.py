@@ -71,33 +71,26 @@ def test_without_odometry_what_is_there_is_told(importing, bag, make):
     assert "found: /cmd_vel, /local_costmap/costmap, /navigate_to_pose/_action/status" in line
 
 
-def test_without_states_of_a_goal_the_way_out_is_told(importing, bag, make):
-    line = importing.fails(bag(drive(make)))
-    assert "no states of a goal" in line
-    assert "--start and --end" in line
-
-
 def test_a_goal_that_was_never_worked_on_makes_no_task(importing, bag, make):
     entries = [*drive(make), *states(make, (3.0, CANCELED))]
     assert "no goal was worked on" in importing.fails(bag(entries))
 
 
-def test_stamps_that_run_backwards_are_told_with_their_place(importing, bag, make):
+@pytest.mark.parametrize(
+    ("topic", "header_of", "told"),
+    [
+        ("/odom", lambda message: message.header, "odometry: stamps run backwards by 2.960 s, 5.0"),
+        ("/tf", lambda message: message.transforms[0].header, ": stamps run backwards by "),
+    ],
+)
+def test_stamps_that_run_backwards_are_told(topic, header_of, told, importing, bag, make):
     entries = turtlebot(make)
     for entry in entries:
-        if entry.topic == "/odom" and entry.receive_ns == stamp(5.0):
-            entry.message.header.stamp = make.time(stamp(2.0))
+        if entry.topic == topic and entry.receive_ns == stamp(5.0):
+            header_of(entry.message).stamp = make.time(stamp(2.0))
     line = importing.fails(bag(entries))
-    assert "odometry: stamps run backwards by 2.960 s, 5.000 s after the first" in line
-    assert "--start and --end" in line
-
-
-def test_transforms_that_run_backwards_are_told(importing, bag, make):
-    entries = turtlebot(make)
-    for entry in entries:
-        if entry.topic == "/tf" and entry.receive_ns == stamp(5.0):
-            entry.message.transforms[0].header.stamp = make.time(stamp(2.0))
-    assert "stamps run backwards" in importing.fails(bag(entries))
+    assert told in line
+    assert "s after the first of them; take another part of it with --start and --end" in line
 
 
 def test_a_jump_of_the_clock_is_told_and_can_be_cut_out(importing, bag, make):
@@ -130,20 +123,16 @@ def test_two_robots_on_one_topic_are_told(importing, bag, make):
 
 
 def test_a_topic_of_another_type_is_told(importing, bag, make):
-    line = importing.fails(bag(turtlebot(make)), "--topics", "odom=/scan")
+    path = bag(turtlebot(make))
+    line = importing.fails(path, "--topics", "odom=/scan")
     assert "/scan (odom): has messages of sensor_msgs/msg/LaserScan, expected nav_msgs" in line
-    assert "no message on it; did you mean '/scan'?" in importing.fails(
-        Path(importing.out.parent / "lab"), "--topics", "scan=/scn"
-    )
-    assert "unknown role; did you mean 'scan'?" in importing.fails(
-        Path(importing.out.parent / "lab"), "--topics", "scam=/scan"
-    )
-    assert "expected ROLE=TOPIC" in importing.fails(
-        Path(importing.out.parent / "lab"), "--topics", "/odom"
-    )
-    assert "--topics 'odom=/b': odom is given twice" in importing.fails(
-        Path(importing.out.parent / "lab"), "--topics", "odom=/a", "odom=/b"
-    )
+    for given, told in (
+        (["scan=/scn"], "no message on it; did you mean '/scan'?"),
+        (["scam=/scan"], "unknown role; did you mean 'scan'?"),
+        (["/odom"], "expected ROLE=TOPIC"),
+        (["odom=/a", "odom=/b"], "--topics 'odom=/b': odom is given twice"),
+    ):
+        assert told in importing.fails(path, "--topics", *given)
 
 
 @pytest.mark.parametrize(
@@ -414,5 +403,7 @@ def test_topics_that_could_be_the_commands_are_offered(importing, bag, make, cap
 def test_without_states_of_a_goal_the_time_of_motion_is_offered(importing, bag, make):
     # It drives from 1 s to 11 s, with a sample each 0.04 s.
     line = importing.fails(bag(drive(make)))
+    assert "no states of a goal" in line
+    assert "cut by hand with --start and --end" in line
     assert line.endswith("it moves from 1.0 to 11.0 s: --start 1.0 --end 11.0")
     assert importing(bag(drive(make), "again"), "--start", "1.0", "--end", "11.0") == 0

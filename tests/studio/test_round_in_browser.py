@@ -20,6 +20,8 @@ from drake_navbench.studio.open_scenario import NEW_NAME
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
 
+QUIET = ["--replay", "none", "--figures", "none", "--jobs", "1", "--quiet"]
+
 
 @pytest.fixture
 def hand(studio, tmp_path):
@@ -68,23 +70,7 @@ def test_a_scenario_is_drawn_driven_tuned_saved_and_run_to_the_same_trial(hand, 
     out = studio.folder / "results" / "same"
     column = "rpp:lookahead_dist=0.9"
     arguments = [str(studio.folder / "door.yaml"), "--controllers", column, "--trials", "1"]
-    assert (
-        run(
-            [
-                *arguments,
-                "--out",
-                str(out),
-                "--replay",
-                "none",
-                "--figures",
-                "none",
-                "--jobs",
-                "1",
-                "--quiet",
-            ]
-        )
-        == 0
-    )
+    assert run([*arguments, *QUIET, "--out", str(out)]) == 0
     (theirs,) = out.glob("trials/*/*/*.parquet")
     assert timeless_bytes(ours, tmp_path) == timeless_bytes(theirs, tmp_path)
 
@@ -93,8 +79,7 @@ def test_a_scenario_is_drawn_driven_tuned_saved_and_run_to_the_same_trial(hand, 
 def test_a_run_is_stopped_resumed_and_repeated_by_its_buttons(hand, studio, tmp_path):
     out = studio.folder / "results" / "old"
     arguments = ["empty", "--controllers", "rpp", "--trials", "2"]
-    quiet = ["--replay", "none", "--figures", "none", "--jobs", "1", "--quiet"]
-    assert run([*arguments, *quiet, "--out", str(out)]) == 0
+    assert run([*arguments, *QUIET, "--out", str(out)]) == 0
     assert main(["runs", str(out.parent), "--tag", "old", "first"]) == 0
     (out / "trials" / "empty" / "rpp" / "trial_001.parquet").unlink()
     hand.open("runs")

@@ -95,7 +95,8 @@ def test_memory_is_steady_over_200_drives():
             driven = engine.drive("drive_column", DRAWN, column, "wheelchair", engine.new_log())
             assert driven.result().outcome
             if number in (39, 199):
-                held.append([resident_mb(pid) for pid in (os.getpid(), *engine.pids)])
+                workers = (engine._looks._worker.pid, engine._drives._worker.pid)
+                held.append([resident_mb(pid) for pid in (os.getpid(), *workers)])
         print("resident, MB, after 40 and after 200 drives:", held)
         page, looks, drives = (after - before for before, after in zip(*held, strict=True))
         assert max(page, looks) < 5.0

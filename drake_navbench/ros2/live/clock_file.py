@@ -1,19 +1,18 @@
 """The lock that lets one process at a time drive in a DDS domain, and the last stamp of its clock.
 
 A stack that lives through several trials must not see /clock jump back. The last stamp of a domain
-is kept in a small file, and whoever has the file locked drives there.
+is kept in a small file; the process that has locked the file drives in the domain.
 """
 
 from __future__ import annotations
 
 import fcntl
-import os
-import tempfile
 import time
 from pathlib import Path
 from typing import IO
 
 from drake_navbench.errors import CannotBeWritten, InputError
+from drake_navbench.processes.cache_folder import own_temporary_folder
 
 # TF takes a stamp of 0 for "the latest".
 FIRST_STAMP_NS = 10_000_000_000
@@ -31,14 +30,13 @@ class ClockFile:
     """
 
     def __init__(self, domain: int, folder: Path | None = None) -> None:
-        folder = folder or Path(tempfile.gettempdir()) / f"drake_navbench-live-{os.getuid()}"
-        path = folder / f"domain-{domain}"
         try:
-            folder.mkdir(mode=0o700, exist_ok=True)
+            path = (folder or Path(own_temporary_folder())) / f"live-domain-{domain}"
             self._file: IO[str] = path.open("a+", encoding="ascii")
         except OSError as error:
-            reason = error.strerror or str(error)
-            raise CannotBeWritten(f"{path}: cannot be opened: {reason}") from error
+            raise CannotBeWritten(
+                f"live: the clock of domain {domain} cannot be kept: {error}"
+            ) from error
         self._lock(domain)
         self._file.seek(0)
         text = self._file.read().strip()

@@ -93,7 +93,7 @@ class Lookout:
 
         Raises StackMissing where it is gone for longer than the parameters allow.
         """
-        missing = self._stack.missing(found, with_goals=True)
+        missing = self._stack.missing(found)
         now = time.monotonic()
         if missing:
             self._gone_since = now if self._gone_since is None else self._gone_since
@@ -113,7 +113,7 @@ class Lookout:
         """Returns the sentence for a stack that is missing or takes no goal."""
         parameters = self._parameters
         waited = f"within {parameters.start_timeout_s:g} s"
-        missing = self._stack.missing(self._domain.endpoints(), with_goals=True)
+        missing = self._stack.missing(self._domain.endpoints())
         if missing:
             what = f"no stack in domain {parameters.domain} {waited}: {missing[0]}"
         else:

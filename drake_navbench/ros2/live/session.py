@@ -92,7 +92,7 @@ class LiveSession:
             now = time.monotonic()
             if endpoints is not None:
                 self._tell_pose(endpoints, sensed)
-                if self._stack.missing(endpoints, with_goals=True):
+                if self._stack.missing(endpoints):
                     ready_since = None
                 elif ready_since is None:
                     ready_since = now
@@ -209,7 +209,7 @@ class LiveSession:
             self._robot.send_pose("goal_pose", self._stamp_ns, self._task.goals[self._leg])
 
     def _tell(self, sensed: RobotReadings) -> None:
-        """Sends the readings, and the clock last: whoever waits for the clock has the rest."""
+        """Sends the readings, then the clock: a node that waits for the clock has the readings."""
         scan_before = self._robot.sent_scan
         self._robot.send_new_readings(self._offset_ns, sensed)
         if self._robot.sent_scan is not scan_before:

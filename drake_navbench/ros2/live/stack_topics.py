@@ -19,6 +19,7 @@ from drake_navbench.ros2.live.endpoints import (
     Endpoint,
     OwnTopic,
     Quality,
+    listeners_of,
     publishers_of,
 )
 from drake_navbench.ros2.live.goal_watch import GoalEntry, GoalState, GoalWatch
@@ -66,16 +67,14 @@ class StackTopics:
             OwnTopic(self._status_topic, (STATUS_TYPE,), False, LATCHED, (type_hash(STATUS_TYPE),)),
         )
 
-    def missing(self, endpoints: Sequence[Endpoint], *, with_goals: bool) -> list[str]:
+    def missing(self, endpoints: Sequence[Endpoint]) -> list[str]:
         """Returns a sentence for each endpoint of a stack that is missing in the domain."""
         found = []
-        if with_goals:
-            if not any(one.topic == self._goal_topic and not one.is_publisher for one in endpoints):
-                found.append(f"nobody listens to {self._goal_topic}")
-            if not publishers_of(endpoints, self._status_topic):
-                found.append(f"nobody publishes {self._status_topic}")
-        if not publishers_of(endpoints, self._command_topic):
-            found.append(f"nobody publishes {self._command_topic}")
+        if not listeners_of(endpoints, self._goal_topic):
+            found.append(f"nobody listens to {self._goal_topic}")
+        for topic in (self._status_topic, self._command_topic):
+            if not publishers_of(endpoints, topic):
+                found.append(f"nobody publishes {topic}")
         return found
 
     def follow(self, endpoints: Sequence[Endpoint]) -> None:

@@ -66,10 +66,7 @@ class BagFiles:
         return folder / name
 
     def _unpacked(self, file: Path) -> Path:
-        name = file.name
-        for ending in PACKED:
-            name = name.removesuffix(ending)
-        place = self._place(name)
+        place = self._place(_unpacked_name(file))
         with open_zstd(file) as packed, place.open("wb") as unpacked:
             while piece := packed.read(COPIED_BYTES):
                 self._unpacked_bytes += len(piece)
@@ -137,10 +134,11 @@ def is_cut(path: Path) -> bool:
 
 
 def _holds_messages(file: Path) -> bool:
-    name = file.name
-    for ending in PACKED:
-        name = name.removesuffix(ending)
-    return name.endswith(STORAGES)
+    return _unpacked_name(file).endswith(STORAGES)
+
+
+def _unpacked_name(file: Path) -> str:
+    return file.stem if is_packed(file) else file.name
 
 
 def _starts_with(path: Path, *beginnings: bytes) -> bool:

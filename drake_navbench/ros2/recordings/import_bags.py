@@ -195,7 +195,7 @@ def import_recordings(
             for log, gap in zip(entry.logs, entry.gaps, strict=True):
                 folder.write_log(log)
                 if gap is not None:
-                    write_curves(gap, _path_of(folder, log))
+                    write_curves(gap, folder.path_of(log))
             if entry.fit is not None:
                 write_text(fit_path(folder, entry), as_yaml(entry.fit, entry.path.name))
         folder.write_manifest(_with_recordings(manifest, imported))
@@ -208,20 +208,13 @@ def fit_path(folder: ResultsFolder, imported: Imported) -> Path:
     return folder.path / "fitted_drives" / f"{file_name(imported.path.stem)}.yaml"
 
 
-def _path_of(folder: ResultsFolder, log: TrialLog) -> Path:
-    info = log.info
-    return folder.log_path(info["scenario"]["name"], info["controller"], info["trial"])
-
-
 def _numbered(log: TrialLog, number: int) -> TrialLog:
     """Returns a log with a trial's number; a seed equal to the old number changes, too."""
     info = dict(log.info)
     if info["seed"] == info["trial"]:
         info["seed"] = number
     info["trial"] = number
-    return TrialLog(
-        log.samples, log.plans, info, log.scans, log.diagnostics, log.events, log.costmaps
-    )
+    return replace(log, info=info)
 
 
 def _first_free(folder: ResultsFolder, scenario: str, controller: str) -> int:

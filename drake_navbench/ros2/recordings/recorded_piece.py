@@ -231,8 +231,7 @@ def _why_missing(column: str) -> str:
     if column == "clearance_m":
         return (
             "a recording does not contain the true positions of all obstacles; see "
-            "min_scan_clearance_m "
-            "and min_map_clearance_m"
+            "min_scan_clearance_m and min_map_clearance_m"
         )
     return "the recording has no local costmap"
 

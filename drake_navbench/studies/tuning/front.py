@@ -20,11 +20,11 @@ from drake_navbench.studies.tuning.guards import (
 )
 from drake_navbench.studies.tuning.judgement import Judged, driven_in, judge, suites_of, winner_of
 from drake_navbench.studies.tuning.objectives import Objective
-from drake_navbench.studies.tuning.request import TuningRequest, names_of
+from drake_navbench.studies.tuning.request import HELD_OUT, TuningRequest, names_of
 from drake_navbench.studies.tuning.search_space import SearchSpace
 from drake_navbench.studies.tuning.study import Configuration
 
-FRESH, HELD_OUT, FRONT = "fresh", "held_out", "front"
+FRESH, FRONT = "fresh", "front"
 CLOSED_WAY, RANDOM_WORLDS = "closed_way", "random_worlds"
 # The seeds of trials on fresh seeds, in held-out scenarios, and for touches alone.
 SEED_OF_FRESH, SEED_OF_HELD_OUT, SEED_OF_GUARDS = 1, 2, 3

@@ -1,7 +1,7 @@
 """Trials that every search drives for touches alone: a closed way and random worlds.
 
-No metric of them counts. In a closed way stopping is right, so that a controller that touches there
-has no rule that keeps its outline off obstacles. Random worlds are worlds for which no parameters
+Their metrics do not count. In a closed way the robot has to stop: a controller that touches there
+does not keep the robot's outline off obstacles. Random worlds are worlds for which no parameters
 were made.
 """
 

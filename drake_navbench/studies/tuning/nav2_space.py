@@ -28,6 +28,7 @@ from drake_navbench.studies.tuning.search_space import (
     SearchSpace,
     own_texts,
     parse_dimension,
+    require_each_once,
 )
 from drake_navbench.typed_files.output_file import write_text
 from drake_navbench.typed_files.typed_yaml import read_text
@@ -52,7 +53,7 @@ class FileSpace(SearchSpace):
         name = f"{self.baseline.name}:{assigned}" if values else self.baseline.name
         file = WholeFile(name, (self.path,), {self.path: self.patched(values)})
         (columns,) = require_columns(columns_of_files([file], self.robot))
-        return _column(columns, self.plugin)
+        return columns.plugins[self.plugin]
 
     def patched(self, values: Mapping[str, Any]) -> str:
         """Returns the file's text with these values."""
@@ -90,14 +91,13 @@ def file_space(path: Path, plugin: str | None, robot: str, axes: Sequence[str]) 
         columns_of_files([WholeFile(path.stem, (path,), {path: text})], robot)
     )
     plugin = _chosen(columns, plugin)
-    baseline = _column(columns, plugin)
+    baseline = columns.plugins[plugin]
     settings = resolved_settings(columns)
     texts = list(axes) or own_texts(baseline)
     names = [entry.partition("=")[0] for entry in texts]
     now = {name: settings.get(_place(name, plugin)) for name in names}
+    require_each_once(names)
     for name in names:
-        if names.count(name) > 1:
-            raise InputError(f"--parameter {name}: is given twice")
         _require_known(_place(name, plugin), settings, columns)
     dimensions = tuple(parse_dimension(entry, now) for entry in texts)
     space = FileSpace(baseline, dimensions, path, text, plugin, robot)
@@ -127,10 +127,6 @@ def _chosen(columns: FileColumns, plugin: str | None) -> str:
     return plugin
 
 
-def _column(columns: FileColumns, plugin: str) -> Preset:
-    return columns.plugins[plugin]
-
-
 def _place(name: str, plugin: str) -> Place:
     """Returns the place of a searched name: below the node it begins with, else the plugin."""
     node = name.partition(".")[0]
@@ -153,11 +149,8 @@ def _require_known(
 
 def _require_effect(space: FileSpace, entry: Dimension) -> None:
     """Raises InputError where a searched value is refused, or has no effect here."""
-    ends = entry.choices or (
-        (int(entry.low), int(entry.high)) if entry.is_whole else (entry.low, entry.high)
-    )
     place = _place(entry.name, space.plugin)
-    for value in ends:
+    for value in entry.ends:
         name = space.baseline.name
         file = WholeFile(name, (space.path,), {space.path: space.patched({entry.name: value})})
         (columns,) = columns_of_files([file], space.robot)

@@ -52,14 +52,18 @@ class Dimension:
     is_whole: bool = False
     is_logarithmic: bool = False
 
+    @property
+    def ends(self) -> tuple[Any, ...]:
+        """The choices, or the lowest and the highest value."""
+        as_given = int if self.is_whole else float
+        return self.choices or (as_given(self.low), as_given(self.high))
+
     def suggest(self, trial: Trial) -> Any:
         """Returns a value that a study's trial proposes."""
         if self.choices:
             return trial.suggest_categorical(self.name, self.choices)
-        if self.is_whole:
-            low, high = int(self.low), int(self.high)
-            return trial.suggest_int(self.name, low, high, log=self.is_logarithmic)
-        return trial.suggest_float(self.name, self.low, self.high, log=self.is_logarithmic)
+        suggest = trial.suggest_int if self.is_whole else trial.suggest_float
+        return suggest(self.name, *self.ends, log=self.is_logarithmic)
 
 
 @dataclass(frozen=True)
@@ -102,17 +106,21 @@ def search_space(baseline: Preset, axes: Sequence[str] = ()) -> SearchSpace:
     """
     texts = list(axes) or own_texts(baseline)
     resolved = dict(flattened(baseline.parameters.model_dump(mode="json")))
-    dimensions = [parse_dimension(text, resolved) for text in texts]
-    names = [entry.name for entry in dimensions]
+    dimensions = tuple(parse_dimension(text, resolved) for text in texts)
+    require_each_once([entry.name for entry in dimensions])
+    space = SearchSpace(baseline, dimensions)
+    for entry in dimensions:
+        # Whether the parameter exists and allows both ends is checked before anything is driven.
+        for value in entry.ends:
+            _require_taken(space, entry.name, value)
+    return space
+
+
+def require_each_once(names: Sequence[str]) -> None:
+    """Raises InputError where two dimensions are of one parameter."""
     for name in names:
         if names.count(name) > 1:
             raise InputError(f"--parameter {name}: is given twice")
-    space = SearchSpace(baseline, tuple(dimensions))
-    for entry in dimensions:
-        # Whether the parameter exists and allows both ends is checked before anything is driven.
-        for value in entry.choices or (_whole(entry, entry.low), _whole(entry, entry.high)):
-            _require_taken(space, entry.name, value)
-    return space
 
 
 def _require_taken(space: SearchSpace, name: str, value: Any) -> None:
@@ -174,10 +182,6 @@ def parse_dimension(text: str, resolved: Mapping[str, Any]) -> Dimension:
     return Dimension(
         axis.field, low=low, high=high, is_whole=is_whole, is_logarithmic=is_logarithmic
     )
-
-
-def _whole(dimension: Dimension, value: float) -> float | int:
-    return int(value) if dimension.is_whole else value
 
 
 def write_nav2_file(preset: Preset, path: Path, remarks: Sequence[str]) -> None:

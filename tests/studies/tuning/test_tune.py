@@ -16,27 +16,10 @@ from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.nav2.controllers import load_parameter_file
 from drake_navbench.studies.tuning import judgement, study, tune
 
-ARGUMENTS = [
-    "rpp",
-    "--scenarios",
-    "doorway,one_obstacle",
-    "--held-out",
-    "static_obstacles",
-    "--objectives",
-    "time,clearance",
-    "--parameter",
-    "lookahead_dist=0.3:1.2",
-    "--configurations",
-    "12",
-    "--pairs",
-    "8",
-    "--fresh",
-    "4",
-    "--front",
-    "2",
-    "--jobs",
-    "1",
-]
+ARGUMENTS = ["rpp", "--scenarios", "doorway,one_obstacle", "--held-out", "static_obstacles"]
+ARGUMENTS += ["--objectives", "time,clearance", "--parameter", "lookahead_dist=0.3:1.2"]
+ARGUMENTS += ["--configurations", "12", "--pairs", "8", "--fresh", "4", "--front", "2"]
+ARGUMENTS += ["--jobs", "1"]
 
 
 def planted_benchmark(scenarios, columns, *, trials, seed, robot, jobs, out):
@@ -223,23 +206,9 @@ def test_a_baseline_that_never_arrives_is_one_line_and_leaves_no_study(
 
 @pytest.mark.long
 def test_a_real_search_is_driven_and_judged(tmp_path):
-    arguments = [
-        "rpp_bringup",
-        "--scenarios",
-        "doorway,one_obstacle",
-        "--held-out",
-        "static_obstacles",
-        "--configurations",
-        "3",
-        "--pairs",
-        "4",
-        "--fresh",
-        "2",
-        "--front",
-        "1",
-        "--jobs",
-        "2",
-    ]
+    arguments = ["rpp_bringup", "--scenarios", "doorway,one_obstacle"]
+    arguments += ["--held-out", "static_obstacles", "--configurations", "3", "--pairs", "4"]
+    arguments += ["--fresh", "2", "--front", "1", "--jobs", "2"]
     assert command.main([*arguments, "--out", str(tmp_path / "tuning")]) == 0
     result = json.loads((tmp_path / "tuning" / "tuning.json").read_text(encoding="utf-8"))
     assert len(result["configurations"]) == 3
