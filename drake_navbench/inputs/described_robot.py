@@ -41,6 +41,7 @@ from drake_navbench.inputs.descriptions.gazebo_sensors import (
 )
 from drake_navbench.inputs.descriptions.model import Shape
 from drake_navbench.inputs.descriptions.model_source import Source, read_source
+from drake_navbench.inputs.descriptions.resting_joints import Resting
 from drake_navbench.inputs.descriptions.wheel_layout import roll_along_y
 from drake_navbench.inputs.known_base import NOTHING_KNOWN, KnownBase, around_origin
 from drake_navbench.kernels.arrays import Array
@@ -116,6 +117,7 @@ def _described(
     floor_m = floor_of(model, body, wheels)
     table = _Table(f"model {path.name}")
     table.note_base(base, known.link, source)
+    table.note_resting(model.resting)
     fields: dict[str, Any] = {"description": f"robot of {path.name}"}
     fields |= table.body(body, source, known, shown)
     fields |= table.mass(model.mass_kg)
@@ -160,6 +162,12 @@ class _Table:
             self.add(Status.STAND_IN, "base frame", f"no link {wanted}; {base} is taken")
         else:
             self.add(Status.USED, "base frame", base)
+
+    def note_resting(self, resting: Resting) -> None:
+        """Notes where the joints of an arm rest."""
+        if resting.remark:
+            status = Status.USED if resting.is_told else Status.ASSUMED
+            self.add(status, "joints", resting.remark)
 
     def body(self, body: Body, source: Source, known: KnownBase, shown: str) -> dict[str, Any]:
         """Returns the outline; raises InputError where no part of the input gives one."""
