@@ -494,5 +494,5 @@ def test_a_map_without_its_picture_is_told(repository):
     map_files(repository / "cart_nav" / "maps", "hall")
     (repository / "cart_nav" / "maps" / "hall.pgm").unlink()
     _, lines = filled("--package", str(repository))
-    said = "the picture that cart_nav/maps/hall.yaml names is not there, perhaps by upper and lower case, or a"
-    assert f"map: none found; {said}" in lines
+    said = "the picture that cart_nav/maps/hall.yaml names is not there, perhaps by upper and lower "
+    assert f"map: none found; {said}case, or a pointer of Git LFS" in lines

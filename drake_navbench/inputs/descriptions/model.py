@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.etree import ElementTree
 
-from drake_navbench.inputs.descriptions.resting_joints import Resting
+from drake_navbench.inputs.descriptions.resting_joints import WITHOUT_ARM, Resting
 from drake_navbench.kernels.arrays import Array
 
 
@@ -108,7 +108,7 @@ class Model:
     plugins: list[Plugin] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
     is_static: bool = False
-    resting: Resting = Resting({})
+    resting: Resting = WITHOUT_ARM
 
     @property
     def mass_kg(self) -> float:

@@ -44,6 +44,9 @@ class Resting(NamedTuple):
     is_told: bool = False
 
 
+WITHOUT_ARM = Resting({})
+
+
 class _State(NamedTuple):
     name: str
     group: str
@@ -64,7 +67,7 @@ def resting_joints(robot: ElementTree.Element, packages: Packages) -> Resting:
     if not any(positions.values()):
         free = [joint.get("name", "") for joint in joints if joint.find("mimic") is None]
         if len(free) < LEAST_JOINTS:
-            return Resting({})
+            return WITHOUT_ARM
         return Resting({}, f"{_listed(free)} at 0: no file tells where they rest")
     moved = [f"{name} {value:.3g}" for name, value in positions.items() if value]
     return Resting(positions | _mimicked(joints, positions), f"{_listed(moved)}, {source}", True)
