@@ -63,9 +63,10 @@ class LaunchFiles:
     ) -> tuple[Path, Path] | None:
         """Returns the one of `others` that a launch file names beside `file`, and that launch file.
 
-        Of several launch files, it is the one that names `robot`, of these the one that names the
-        most of the file's folders; of several others with the same name, the one whose folders it
-        names, of these the one with the fewest others. None where no launch file names both.
+        Of several launch files, it is the one that names `robot`, of these one not of localization
+        alone, of these the one that names the most of the file's folders; of several others with
+        the same name, the one whose folders it names, of these the one with the fewest others. None
+        where no launch file names both.
         """
         pairs = []
         for launch, words in self.words:
@@ -74,7 +75,9 @@ class LaunchFiles:
                 told = {other: len(words & {*other.parts}) for other in named}
                 best = max(named, key=lambda other: (told[other], -len(other.parts)))
                 is_robots = robot is not None and _names(words, robot.name)
-                pairs.append(((is_robots, len(words & {*file.parent.parts})), best, launch))
+                is_whole = LOCALIZATION.search(launch.name) is None
+                rank = (is_robots, is_whole, len(words & {*file.parent.parts}))
+                pairs.append((rank, best, launch))
         if not pairs:
             return None
         _, other, launch = max(pairs, key=lambda pair: pair[0])
