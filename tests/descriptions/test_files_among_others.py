@@ -139,6 +139,14 @@ def test_of_two_maps_with_one_name_the_launched_one_is_taken(tmp_path):
     assert taken(tmp_path, "map") == "navigation/maps/yard/yard.yaml"
 
 
+def test_of_two_maps_with_one_name_the_folder_named_before_it_counts(tmp_path):
+    urdf(tmp_path, link(BOX) + WHEELS + DRIVE)
+    files = maps("config/hall", "map/hall") | {"config/nav2.yaml": NAV2 % RPP}
+    launch = "join(share, 'map', 'hall.yaml'), join(share, 'config', 'nav2.yaml')"
+    written(tmp_path, files | {"launch/a.launch.py": launch})
+    assert taken(tmp_path, "map") == "map/hall.yaml"
+
+
 def test_the_launch_file_of_the_nav2_file_s_own_folder_gives_the_map(tmp_path):
     """Both folders have files of the same names, and launch files that name them."""
     urdf(tmp_path, link(BOX) + WHEELS + DRIVE)

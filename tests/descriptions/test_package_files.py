@@ -437,7 +437,9 @@ def test_a_nav2_file_of_whose_controllers_none_exists_here_gives_way_to_the_next
     picked, _ = filled("--package", str(repository), "--pick", "nav2=1")
     assert [path.name for path in picked.nav2] == ["nav2_params.yaml"]
     # A controller server of 2019 lists none.
-    (folder / "nav2_params.yaml").write_text("controller_server:\n  ros__parameters: {max_vel_x: 1}")
+    (folder / "nav2_params.yaml").write_text(
+        "controller_server:\n  ros__parameters: {max_vel_x: 1}"
+    )
     files = [folder / "nav2_params.yaml", folder / "nav2_params_rpp.yaml"]
     taken, (line,) = driven_file(files)
     assert taken == files[1]
