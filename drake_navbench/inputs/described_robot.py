@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -61,6 +62,7 @@ AXLE_TOLERANCE_M = 0.005
 # The least distance of the wheels' middle from the base origin that is told, m.
 FAR_CENTRE_M = 0.05
 DEFAULTS = "the default"
+LIDAR_WORDS = re.compile("(?i)lidar|laser|scan")
 
 
 @dataclass(frozen=True)
@@ -126,7 +128,8 @@ def _described(
     if found.scanners or found.clouds:
         fields |= table.sensors(found)
     else:
-        fields |= table.sensors(found) | table.lidar_by_link(lidar_link(model, base, floor_m))
+        fields |= table.sensors(found)
+        fields |= table.lidar_by_link(lidar_link(model, base, floor_m), source.arguments)
     fields |= table.layers(fields.get("lidar", {}))
     drive = drive_of(model, wheels, source.packages, [*source.arguments.values()])
     fields |= table.drive(drive, is_omni=known.is_omni)
@@ -259,10 +262,21 @@ class _Table:
             }
         }
 
-    def lidar_by_link(self, found: FoundSensor | None) -> dict[str, Any]:
-        """Returns the field lidar of a model that has but a link of such a name; {} without."""
+    def lidar_by_link(
+        self, found: FoundSensor | None, arguments: Mapping[str, str]
+    ) -> dict[str, Any]:
+        """Returns the field lidar of a model that has but a link of such a name; {} without.
+
+        arguments: of xacro, one of which may leave the lidar out.
+        """
         if found is None:
-            self.add(Status.STAND_IN, "lidar", "none described; the default one at the base")
+            off = [
+                name
+                for name, value in arguments.items()
+                if LIDAR_WORDS.search(name) and value.lower() in ("false", "0")
+            ]
+            hint = f"; --set {off[0]}=true may add one" if off else ""
+            self.add(Status.STAND_IN, "lidar", f"none described; the default one at the base{hint}")
             return {}
         x, y, yaw = found.fields["pose"]
         place = f"{x:.3g}, {y:.3g}, {found.fields['height_m']:.3g} m up, yaw {yaw:.3g} rad"
