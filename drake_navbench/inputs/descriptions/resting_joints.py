@@ -1,4 +1,4 @@
-"""Where the joints of an arm rest: as ros2_control starts them, or as a state of an SRDF.
+"""Resting positions of an arm's joints: those of ros2_control's start, or of an SRDF's state.
 
 A URDF tells no position: an arm at its joints' zeros may stretch a metre ahead of its robot.
 """
@@ -54,7 +54,7 @@ class _State(NamedTuple):
 
 
 def resting_joints(robot: ElementTree.Element, packages: Packages) -> Resting:
-    """Returns where the joints of a <robot> rest that are neither wheels nor steer them.
+    """Returns the resting positions of the joints of a <robot> but those of wheels.
 
     The positions with which ros2_control starts count, else those of a state called `stowed`,
     `home` or the like in an SRDF with this robot's joints; where these are all 0, none is told.
