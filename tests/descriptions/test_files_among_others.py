@@ -174,10 +174,10 @@ def test_a_robot_in_a_world_replaces_no_launched_model_that_cannot_be_read(tmp_p
     """Such as a lift in a factory, where the robot's packages are elsewhere."""
     drive = '<plugin filename="libgazebo_ros_diff_drive.so" name="d"/>'
     lift = f'<model name="lift"><link name="base_link"/>{sdf_wheels()}{drive}</model>'
-    broken = '<robot name="cart"><xacro:include filename="gone.xacro"/><link name="a"/></robot>'
-    files = {"urdf/cart.urdf.xacro": broken, "hall.world": f"<sdf><world>{lift}</world></sdf>"}
-    launch = {"launch/a.launch.py": "'urdf', 'cart.urdf.xacro'"} if is_launched else {}
-    robot = "urdf/cart.urdf.xacro" if is_launched else "hall.world"
+    broken = '<robot name="cart"><link name="a">'
+    files = {"urdf/cart.urdf": broken, "hall.world": f"<sdf><world>{lift}</world></sdf>"}
+    launch = {"launch/a.launch.py": "'urdf', 'cart.urdf'"} if is_launched else {}
+    robot = "urdf/cart.urdf" if is_launched else "hall.world"
     assert taken(written(tmp_path, files | launch), "robot") == robot
 
 
