@@ -122,7 +122,8 @@ def _examine_bag(arguments: argparse.Namespace) -> BagReport | None:
     from drake_navbench.studies.doctor.bag import report_on
     from drake_navbench.studies.doctor.told import wrapped
 
-    report = report_on(arguments.bag, arguments.robot, topics_of(arguments.topics))
+    topics = topics_of(arguments.topics)
+    report = report_on(arguments.bag, arguments.robot, topics, arguments.packages)
     lines = [*report.lines, *report.remarks]
     print_text("\n".join([*(part for line in lines for part in wrapped(line)), ""]) + "\n")
     return report
@@ -164,6 +165,7 @@ def _patient(arguments: argparse.Namespace) -> Patient:
         read_assignments(arguments.set),
         arguments.nav2_release,
         arguments.controller or "",
+        tuple(arguments.packages),
     )
 
 

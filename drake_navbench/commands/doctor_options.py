@@ -33,7 +33,9 @@ so far are written; the same command goes on)
 
 # The robot that lends its base and lidar where the user names none.
 LENT_ROBOT = "wheelchair"
-OF_THE_FILE = ("files", "robot", "controller", "nav2_release", "set", "package", "pick")
+OF_THE_FILE = (
+    *("files", "robot", "packages", "controller", "nav2_release", "set", "package", "pick"),
+)
 # The options that each use of the command reads; a visit reads all others.
 USED = {
     "score": ("files", "case_files", "page"),
@@ -79,6 +81,12 @@ def _add_file(parser: argparse.ArgumentParser) -> None:
     option(
         "--robot NAME|FILE",
         f"robot that lends what no Nav2 file has: mass, drive, lidar ({LENT_ROBOT})",
+    )
+    option(
+        "--packages DIR ...",
+        "folders in which ROS packages are searched that the robot's model names, besides the "
+        "repository around it",
+        Path,
     )
     option(
         "--package DIR",

@@ -363,7 +363,10 @@ def _remarks(arguments: argparse.Namespace, files: Sequence[FileColumns]) -> lis
         return lines_on_change(files)
     values = read_assignments(arguments.set)
     # Read as the command reads it: what the robot's model says against the file is no finding.
-    patient = Patient(tuple(arguments.nav2), arguments.robot, values, arguments.nav2_release)
+    patient = Patient(
+        *(tuple(arguments.nav2), arguments.robot, values, arguments.nav2_release),
+        packages=tuple(arguments.packages),
+    )
     with suppress(InputError):
         return lines_on_file(patient, _doctor_command(arguments))
     return []
@@ -373,13 +376,15 @@ def _doctor_command(arguments: argparse.Namespace) -> str:
     """Returns the command, for a shell, that shows the doctor's findings on the run's Nav2 file."""
     options = {
         "--robot": [arguments.robot] if arguments.robot != DEFAULT_ROBOT else [],
+        "--packages": arguments.packages,
         "--set": arguments.set or [],
         "--nav2-release": [arguments.nav2_release] if arguments.nav2_release else [],
     }
     files = arguments.nav2
     if arguments.package and len(arguments.package) == 1:
-        # The robot's model needs the packages that are found there.
-        options |= {"--robot": [], "--package": arguments.package, "--pick": arguments.pick or []}
+        others = [folder for folder in arguments.packages if folder not in arguments.package]
+        options |= {"--robot": [], "--packages": others, "--package": arguments.package}
+        options["--pick"] = arguments.pick or []
         files = []
     words = [str(word) for name, found in options.items() for one in found for word in (name, one)]
     return shlex.join(["drake-navbench", "doctor", *map(str, files), "--read-only", *words])

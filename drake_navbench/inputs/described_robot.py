@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -41,6 +42,7 @@ from drake_navbench.inputs.descriptions.gazebo_sensors import (
 )
 from drake_navbench.inputs.descriptions.model import Shape
 from drake_navbench.inputs.descriptions.model_source import Source, read_source
+from drake_navbench.inputs.descriptions.resting_joints import Resting
 from drake_navbench.inputs.descriptions.wheel_layout import roll_along_y
 from drake_navbench.inputs.known_base import NOTHING_KNOWN, KnownBase, around_origin
 from drake_navbench.kernels.arrays import Array
@@ -60,6 +62,7 @@ AXLE_TOLERANCE_M = 0.005
 # The least distance of the wheels' middle from the base origin that is told, m.
 FAR_CENTRE_M = 0.05
 DEFAULTS = "the default"
+LIDAR_WORDS = re.compile("(?i)lidar|laser|scan")
 
 
 @dataclass(frozen=True)
@@ -116,6 +119,7 @@ def _described(
     floor_m = floor_of(model, body, wheels)
     table = _Table(f"model {path.name}")
     table.note_base(base, known.link, source)
+    table.note_resting(model.resting)
     fields: dict[str, Any] = {"description": f"robot of {path.name}"}
     fields |= table.body(body, source, known, shown)
     fields |= table.mass(model.mass_kg)
@@ -124,7 +128,8 @@ def _described(
     if found.scanners or found.clouds:
         fields |= table.sensors(found)
     else:
-        fields |= table.sensors(found) | table.lidar_by_link(lidar_link(model, base, floor_m))
+        fields |= table.sensors(found)
+        fields |= table.lidar_by_link(lidar_link(model, base, floor_m), source.arguments)
     fields |= table.layers(fields.get("lidar", {}))
     drive = drive_of(model, wheels, source.packages, [*source.arguments.values()])
     fields |= table.drive(drive, is_omni=known.is_omni)
@@ -160,6 +165,12 @@ class _Table:
             self.add(Status.STAND_IN, "base frame", f"no link {wanted}; {base} is taken")
         else:
             self.add(Status.USED, "base frame", base)
+
+    def note_resting(self, resting: Resting) -> None:
+        """Notes where the joints of an arm rest."""
+        if resting.remark:
+            status = Status.USED if resting.is_told else Status.ASSUMED
+            self.add(status, "joints", resting.remark)
 
     def body(self, body: Body, source: Source, known: KnownBase, shown: str) -> dict[str, Any]:
         """Returns the outline; raises InputError where no part of the input gives one."""
@@ -251,10 +262,21 @@ class _Table:
             }
         }
 
-    def lidar_by_link(self, found: FoundSensor | None) -> dict[str, Any]:
-        """Returns the field lidar of a model that has but a link of such a name; {} without."""
+    def lidar_by_link(
+        self, found: FoundSensor | None, arguments: Mapping[str, str]
+    ) -> dict[str, Any]:
+        """Returns the field lidar of a model that has but a link of such a name; {} without.
+
+        arguments: of xacro, one of which may leave the lidar out.
+        """
         if found is None:
-            self.add(Status.STAND_IN, "lidar", "none described; the default one at the base")
+            off = [
+                name
+                for name, value in arguments.items()
+                if LIDAR_WORDS.search(name) and value.lower() in ("false", "0")
+            ]
+            hint = f"; --set {off[0]}=true may add one" if off else ""
+            self.add(Status.STAND_IN, "lidar", f"none described; the default one at the base{hint}")
             return {}
         x, y, yaw = found.fields["pose"]
         place = f"{x:.3g}, {y:.3g}, {found.fields['height_m']:.3g} m up, yaw {yaw:.3g} rad"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 from drake_navbench.inputs.descriptions.launched_value import is_launch_file
@@ -24,7 +25,7 @@ BEGINNING, END = re.compile(r"\w[\w.-]*[_-]$"), re.compile(r"[_.-][\w.-]*\.\w+$|
 
 @dataclass(frozen=True)
 class LaunchFiles:
-    """words: of each launch file, outside of its remarks."""
+    """words: of each launch file, outside of its remarks, and `a/b` for two that follow another."""
 
     words: tuple[tuple[Path, frozenset[str]], ...] = ()
 
@@ -63,18 +64,27 @@ class LaunchFiles:
     ) -> tuple[Path, Path] | None:
         """Returns the one of `others` that a launch file names beside `file`, and that launch file.
 
-        Of several launch files, it is the one that names `robot`, of these the one that names the
-        most of the file's folders; of several others with the same name, the one whose folders it
-        names, of these the one with the fewest others. None where no launch file names both.
+        Of several launch files, it is the one that names `robot`, of these one not of localization
+        alone, of these the one that names the most of the file's folders; of several others with
+        the same name, the one whose folder it names before it, else whose folders it names, of
+        these the one with the fewest others. None where no launch file names both.
         """
         pairs = []
         for launch, words in self.words:
             named = [other for other in others if other.name in words]
             if named and _names(words, file.name):
-                told = {other: len(words & {*other.parts}) for other in named}
-                best = max(named, key=lambda other: (told[other], -len(other.parts)))
+                told = {
+                    other: (
+                        f"{other.parent.name}/{other.name}" in words,
+                        len(words & {*other.parts}),
+                    )
+                    for other in named
+                }
+                best = max(named, key=lambda other: (*told[other], -len(other.parts)))
                 is_robots = robot is not None and _names(words, robot.name)
-                pairs.append(((is_robots, len(words & {*file.parent.parts})), best, launch))
+                is_whole = LOCALIZATION.search(launch.name) is None
+                rank = (is_robots, is_whole, len(words & {*file.parent.parts}))
+                pairs.append((rank, best, launch))
         if not pairs:
             return None
         _, other, launch = max(pairs, key=lambda pair: pair[0])
@@ -149,7 +159,9 @@ def _nav2_files(launch: Path, words: frozenset[str], files: Sequence[Path]) -> s
     one that lies nearest to it.
     """
     found: dict[str, Path] = {
-        word: Path(word) for word in words if word.endswith((".yaml", ".yml")) and "nav2" in word
+        word: Path(word)
+        for word in words
+        if word.endswith((".yaml", ".yml")) and "nav2" in word and "/" not in word
     }
     for file in sorted(
         (file for file in files if file.name in words),
@@ -161,4 +173,5 @@ def _nav2_files(launch: Path, words: frozenset[str], files: Sequence[Path]) -> s
 
 def _words_in(file: Path) -> frozenset[str]:
     text = read_head_text(file)
-    return frozenset(WORD.findall(LINE_REMARKS.sub("", XML_REMARKS.sub("", text))))
+    words = WORD.findall(LINE_REMARKS.sub("", XML_REMARKS.sub("", text)))
+    return frozenset(words).union(f"{a}/{b}" for a, b in pairwise(words))

@@ -244,7 +244,8 @@ class PackageFiles:
             return ""
         named = ", ".join(str(self._short(file)) for file in files[:MAX_NAMED])
         if kind == MAP:
-            return f"; the picture that {named} names is not there, or a pointer of Git LFS"
+            why = "perhaps by upper and lower case, or a pointer of Git LFS"
+            return f"; the picture that {named} names is not there, {why}"
         more = f" and {len(files) - MAX_NAMED} more" if len(files) > MAX_NAMED else ""
         return f"; not read, as of ROS 1's move_base: {named}{more}"
 

@@ -49,7 +49,8 @@ NAV2_MARKS = re.compile(r"controller_server\b[\s\S]*ros__parameters|FollowPath")
 NODE = re.compile(
     rf"^[ \t]*[\"']?(?:[\w*/]*/)?({'|'.join(sorted(NODES))})[\"']?[ \t]*:", re.MULTILINE
 )
-BASE_FRAME = re.compile(r"^[^#\n]*robot_base_frame\s*:\s*[\"']?/?([\w/]*\w)", re.MULTILINE)
+# The name of a frame behind namespaces, which a launch file may put in: <robot>/base_link.
+BASE_FRAME = re.compile(r"^[^#\n]*robot_base_frame\s*:\s*[\"']?(?:[^\s\"'#]*/)?(\w+)", re.MULTILINE)
 MAP_MARKS = re.compile(r"^\s*image\s*:\s*(\S+)", re.MULTILINE)
 # Words in names of files that are parts, or not the wanted file.
 PARTS = re.compile(
@@ -183,9 +184,11 @@ def _driving_first(
     package while it has neither lidar nor drive's plugin, and all while it has no link of `frames`,
     the base frames of a Nav2 file. Such a link counts most, then a lidar, then a plugin; of two
     alike models the one that includes the other is better. One with a plugin that a launch file
-    names gives way to none that no launch file names, but for one that includes it.
+    names gives way to none that no launch file names, but for one that includes it; nor does one
+    that cannot be read give way to a robot that merely stands in a world.
     """
     best: Path | None = None
+    is_unread = False
     most = (False, False, False)
     # A file of the same name for another robot would fail as this one did.
     tried: set[str] = set()
@@ -194,11 +197,15 @@ def _driving_first(
             continue
         if best is not None and most[2] and _is_launched_alone(best, file, launches):
             continue
+        is_launched = launches.folders(file) > 0
+        if is_unread and not is_launched and _is_gazebo_world(file):
+            continue
         tried.add(file.name)
         if len(tried) > MAX_TRIED:
             break
         model = _readable(file, roots)
         if model is None:
+            is_unread |= is_launched
             continue
         value = _value(model, frames)
         drives = value[2] or _has_wheels(model)

@@ -12,6 +12,7 @@ from drake_navbench.inputs.descriptions.ros_packages import broken_links_below
 from drake_navbench.typed_files.input_file import (
     ARCHIVES,
     LFS_POINTER,
+    NOT_UTF_8,
     POINTER,
     UTF_16,
     broken_link,
@@ -53,5 +54,5 @@ def unreadable_files(roots: Sequence[Path], files: Sequence[Path]) -> dict[Path,
         if head == LFS_POINTER:
             found[file] = POINTER
         elif head.startswith(UTF_16):
-            found[file] = "not UTF-8 text, found UTF-16; save it as UTF-8"
+            found[file] = NOT_UTF_8
     return found

@@ -33,12 +33,14 @@ def driven_file(files: Sequence[Path]) -> tuple[Path, list[str]]:
 
 
 def _fault(file: Path) -> str:
-    """Returns why none of a file's controllers exists here; '' for any other file."""
+    """Returns why a file's controller server has no controller here; '' for any other file."""
     try:
         sections = read_parameter_file(file).sections
         release = release_of(sections, None).release
         for server in nodes_called(SERVER, sections):
-            why = has_controllers(server) and why_without_column(server_columns(server, release))
+            if not has_controllers(server):
+                return f"{file}: its controller_server lists no controller"
+            why = why_without_column(server_columns(server, release))
             if why:
                 return str(why)
     except InputError:

@@ -88,11 +88,15 @@ class FileColumns:
 
 
 def robot_of_files(
-    robot: str, paths: Sequence[Path], values: Mapping[str, str] | None = None
+    robot: str,
+    paths: Sequence[Path],
+    values: Mapping[str, str] | None = None,
+    packages: Sequence[Path] = (),
 ) -> tuple[Robot, Collection[str]]:
     """Returns a robot by name or file, and the names of its xacro arguments.
 
     A model's base link and outline may be in Nav2 files. values: values of xacro arguments.
+    packages: folders searched for the packages that a model names.
     """
     if not is_model(robot):
         return load_robot(robot), ()
@@ -100,8 +104,9 @@ def robot_of_files(
     from drake_navbench.inputs.described_robot import describe_robot
 
     known = known_base_of(paths)
-    described = describe_robot(Path(robot), values, (), known)
-    return load_robot(robot, arguments=values, known=known), described.source.arguments
+    described = describe_robot(Path(robot), values, packages, known)
+    loaded = load_robot(robot, arguments=values, packages=packages, known=known)
+    return loaded, described.source.arguments
 
 
 def columns_of_files(

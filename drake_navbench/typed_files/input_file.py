@@ -15,6 +15,7 @@ MEGABYTE = 2**20
 LFS_POINTER = b"version https://git-lfs"
 POINTER = "a pointer of Git LFS, not the file; run git lfs pull"
 UTF_16 = (b"\xff\xfe", b"\xfe\xff")
+NOT_UTF_8 = "not UTF-8 text, found UTF-16; save it as UTF-8"
 # The first bytes of ZIP and gzip.
 ARCHIVES = (b"PK\x03\x04", b"\x1f\x8b")
 
@@ -44,6 +45,12 @@ def require_fetched(path: Path, content: bytes) -> None:
         raise InputError(f"{path}: {POINTER}")
 
 
+def require_utf_8(path: Path, content: bytes) -> None:
+    """Raises InputError for a text in UTF-16, as editors on Windows may save it."""
+    if content.startswith(UTF_16):
+        raise InputError(f"{path}: {NOT_UTF_8}")
+
+
 def _reason(path: Path, error: OSError | ValueError) -> str:
     """Returns why a file cannot be opened."""
     if isinstance(error, IsADirectoryError):
@@ -57,6 +64,16 @@ def _reason(path: Path, error: OSError | ValueError) -> str:
 def broken_link(path: Path) -> str:
     """Returns a remark on a link to a file that is not there."""
     return f"a link to {os.readlink(path)}, which is not there"
+
+
+def other_case(path: Path) -> Path | None:
+    """Returns the file in the same folder whose name differs in upper and lower case alone."""
+    try:
+        beside = sorted(path.parent.iterdir())
+    except OSError:
+        return None
+    alike = [file for file in beside if file.name.lower() == path.name.lower() and file.is_file()]
+    return next((file for file in alike if file.name != path.name), None)
 
 
 def read_head(path: Path, count: int) -> bytes:
@@ -90,9 +107,10 @@ def read_input_text(path: Path, *, max_bytes: int) -> str:
         if content.startswith(ARCHIVES):
             raise InputError(f"{path}: is an archive; expected a file in it, unpacked") from error
         line = content.count(b"\n", 0, error.start) + 1
-        found = "UTF-16" if content.startswith(UTF_16) else f"the byte {content[error.start]:#04x}"
+        require_utf_8(path, content)
         raise InputError(
-            f"{path}, line {line}: cannot be read: not UTF-8 text, found {found}"
+            f"{path}, line {line}: cannot be read: not UTF-8 text, found the byte "
+            f"{content[error.start]:#04x}"
         ) from error
 
 

@@ -143,8 +143,8 @@ def test_a_file_without_controllers_needs_them_by_name(tmp_path, monkeypatch, ca
     [
         (["--nav2", "a b.yaml"], "doctor 'a b.yaml' --read-only"),
         (
-            ["--nav2", "a.yaml", "--robot", "turtlebot4", "--set", "n=1", "--nav2-release", "iron"],
-            "doctor a.yaml --read-only --robot turtlebot4 --set n=1 --nav2-release iron",
+            ["--nav2", "a.yaml", "--robot", "a.xacro", "--packages", "ws", "--set", "n=1"],
+            "doctor a.yaml --read-only --robot a.xacro --packages ws --set n=1",
         ),
         (
             ["--package", "clone", "--nav2", "a.yaml", "--robot", "a.xacro", "--pick", "nav2=2"],

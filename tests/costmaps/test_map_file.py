@@ -213,10 +213,13 @@ def test_of_overlapping_thresholds_the_free_one_counts_as_in_nav2(map_yaml):
     assert occupancy.tolist() == [[0, 0, 100]]
 
 
-def test_missing_image_is_named(map_yaml):
-    message = error_of(map_yaml(image="gone.pgm"))
+def test_missing_image_is_named_and_one_that_differs_in_case_alone(map_yaml):
+    path = map_yaml(image="gone.pgm")
+    message = error_of(path)
     assert "image: no such file" in message
-    assert "gone.pgm" in message
+    assert message.endswith("gone.pgm'")
+    (path.parent / "gone.PGM").touch()
+    assert error_of(path).endswith("gone.pgm'; gone.PGM is there: write its name so")
 
 
 @pytest.mark.parametrize(

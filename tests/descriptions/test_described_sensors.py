@@ -104,6 +104,16 @@ def test_without_a_lidar_the_default_one_is_where_its_link_is(tmp_path):
     assert any("the default one where the link laser is" in r for r in rows(path, Status.STAND_IN))
 
 
+def test_an_argument_that_leaves_the_lidar_out_is_named(tmp_path):
+    path = tmp_path / "cart.urdf.xacro"
+    path.write_text(
+        '<robot name="cart" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+        f'<xacro:arg name="lidar_enabled" default="false"/>{link(BOX)}</robot>'
+    )
+    told = rows(path, Status.STAND_IN)
+    assert any("at the base; --set lidar_enabled=true may add one" in row for row in told)
+
+
 def test_a_sensor_of_a_link_that_is_not_there_is_left_out_and_told(tmp_path):
     path = urdf(tmp_path, link(BOX) + sensor("depth", "<update_rate>10</update_rate>"))
     robot = load_robot(str(path))

@@ -30,6 +30,16 @@ NAV2 = (
 RPP = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
 
 
+def sdf_wheels():
+    """Returns two wheels of an SDF model, 0.4 m apart."""
+    return "".join(
+        f'<link name="{side}_wheel"><pose>0 {y} 0 0 0 0</pose></link>'
+        f'<joint name="{side}_joint" type="revolute"><parent>base_link</parent>'
+        f"<child>{side}_wheel</child><axis><xyz>0 1 0</xyz></axis></joint>"
+        for side, y in (("left", 0.2), ("right", -0.2))
+    )
+
+
 def written(root, files):
     for name, text in files.items():
         (root / name).parent.mkdir(parents=True, exist_ok=True)
@@ -129,6 +139,14 @@ def test_of_two_maps_with_one_name_the_launched_one_is_taken(tmp_path):
     assert taken(tmp_path, "map") == "navigation/maps/yard/yard.yaml"
 
 
+def test_of_two_maps_with_one_name_the_folder_named_before_it_counts(tmp_path):
+    urdf(tmp_path, link(BOX) + WHEELS + DRIVE)
+    files = maps("config/hall", "map/hall") | {"config/nav2.yaml": NAV2 % RPP}
+    launch = "join(share, 'map', 'hall.yaml'), join(share, 'config', 'nav2.yaml')"
+    written(tmp_path, files | {"launch/a.launch.py": launch})
+    assert taken(tmp_path, "map") == "map/hall.yaml"
+
+
 def test_the_launch_file_of_the_nav2_file_s_own_folder_gives_the_map(tmp_path):
     """Both folders have files of the same names, and launch files that name them."""
     urdf(tmp_path, link(BOX) + WHEELS + DRIVE)
@@ -140,6 +158,27 @@ def test_the_launch_file_of_the_nav2_file_s_own_folder_gives_the_map(tmp_path):
     written(tmp_path, files)
     assert taken(tmp_path, "nav2") == "cart_a/param/nav2.yaml"
     assert taken(tmp_path, "map") == "cart_a/maps/map.yaml"
+
+
+def test_a_launch_file_of_localization_alone_gives_no_map_beside_one_that_drives(tmp_path):
+    files = {"src/nav2.yaml": NAV2 % RPP, **maps("src/hall", "src/lab")}
+    launch = {
+        "launch/localization_launch.py": "'src', 'nav2.yaml', 'hall.yaml'",
+        "launch/nav_launch.py": "'nav2.yaml', 'lab.yaml'",
+    }
+    assert taken(written(tmp_path, files | launch), "map") == "src/lab.yaml"
+
+
+@pytest.mark.parametrize("is_launched", [True, False])
+def test_a_robot_in_a_world_replaces_no_launched_model_that_cannot_be_read(tmp_path, is_launched):
+    """Such as a lift in a factory, where the robot's packages are elsewhere."""
+    drive = '<plugin filename="libgazebo_ros_diff_drive.so" name="d"/>'
+    lift = f'<model name="lift"><link name="base_link"/>{sdf_wheels()}{drive}</model>'
+    broken = '<robot name="cart"><link name="a">'
+    files = {"urdf/cart.urdf": broken, "hall.world": f"<sdf><world>{lift}</world></sdf>"}
+    launch = {"launch/a.launch.py": "'urdf', 'cart.urdf'"} if is_launched else {}
+    robot = "urdf/cart.urdf" if is_launched else "hall.world"
+    assert taken(written(tmp_path, files | launch), "robot") == robot
 
 
 def test_the_launch_file_of_the_robot_gives_the_map(tmp_path):

@@ -401,7 +401,7 @@ def test_of_two_models_it_is_the_one_with_the_base_frame_of_the_nav2_file(reposi
     assert "base_link" in text
     other = cart.with_name("other.urdf.xacro")
     other.write_text(text.replace("base_link", "body_link"))
-    for frame, model in (("base_link", cart), ("body_link", other)):
+    for frame, model in (("base_link", cart), ("<robot>/body_link", other)):
         nav2 = NAV2.replace("base_footprint", frame)
         (repository / "cart_nav" / "config" / "nav2_params.yaml").write_text(nav2)
         arguments, _ = filled("--package", str(repository))
@@ -436,6 +436,14 @@ def test_a_nav2_file_of_whose_controllers_none_exists_here_gives_way_to_the_next
     assert "'cart_nav::OwnPurePursuitController' has no counterpart here" in told
     picked, _ = filled("--package", str(repository), "--pick", "nav2=1")
     assert [path.name for path in picked.nav2] == ["nav2_params.yaml"]
+    # A controller server of 2019 lists none.
+    (folder / "nav2_params.yaml").write_text(
+        "controller_server:\n  ros__parameters: {max_vel_x: 1}"
+    )
+    files = [folder / "nav2_params.yaml", folder / "nav2_params_rpp.yaml"]
+    taken, (line,) = driven_file(files)
+    assert taken == files[1]
+    assert line.endswith("nav2_params.yaml: its controller_server lists no controller")
 
 
 @pytest.mark.parametrize("more", ["", ", nav2=N with another of the list"])
@@ -494,5 +502,5 @@ def test_a_map_without_its_picture_is_told(repository):
     map_files(repository / "cart_nav" / "maps", "hall")
     (repository / "cart_nav" / "maps" / "hall.pgm").unlink()
     _, lines = filled("--package", str(repository))
-    said = "the picture that cart_nav/maps/hall.yaml names is not there, or a pointer of Git LFS"
-    assert f"map: none found; {said}" in lines
+    said = "the picture that cart_nav/maps/hall.yaml names is not there, perhaps by upper and lower"
+    assert f"map: none found; {said} case, or a pointer of Git LFS" in lines

@@ -6,6 +6,7 @@ import pytest
 from descriptions_scenes import write_repository
 
 from drake_navbench.commands.run import main
+from drake_navbench.commands.show import main as show
 from drake_navbench.inputs.package_search import find_package_files
 
 LFS = "a pointer of Git LFS, not the file; run git lfs pull"
@@ -43,7 +44,7 @@ def test_the_picture_of_a_map_that_git_lfs_keeps_elsewhere_makes_no_map(tmp_path
     found = find_package_files([tmp_path])
     told = found.lines(found.picked([]))
     assert told[-1] == f"not read: map.pgm: {LFS}"
-    assert "map: none found; the picture that map.yaml names is not there, or a pointer" in str(
+    assert "map: none found; the picture that map.yaml names is not there, perhaps by upper" in str(
         told
     )
 
@@ -68,3 +69,13 @@ def test_what_is_no_folder_of_packages_is_one_line_that_tells_what_to_do(
     (tmp_path / "nav.zip").write_bytes(b"PK\x03\x04\x9c")
     assert main(["--nav2", "nav.zip", "--check"]) == 2
     assert "nav.zip: is an archive; expected a file in it, unpacked" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["room.sdf", "room.world", "cart.urdf"])
+def test_a_world_or_robot_in_utf_16_is_told_as_such(tmp_path, capsys, name):
+    file = tmp_path / name
+    file.write_bytes('<sdf><world name="room"/></sdf>'.encode("utf-16"))
+    asked = ["--robot", str(file)] if name == "cart.urdf" else [str(file), "--goals", "2"]
+    assert show([*asked, "--out", str(tmp_path / "plan.png")]) == 2
+    told = f"{file}: not UTF-8 text, found UTF-16; save it as UTF-8\n"
+    assert capsys.readouterr().err.endswith(told)

@@ -49,8 +49,8 @@ def add_bodies(
 ) -> ModelInstanceIndex:
     """Adds the links and joints of a model to a plant; returns their instance.
 
-    base: the link to which links without a joint are fixed. Joints stay at zero unless they turn
-    without end or are named as wheels or casters. has_mass: whether links have their mass and
+    base: the link to which links without a joint are fixed. Joints stay where they rest unless they
+    turn without end or are named as wheels or casters. has_mass: whether links have their mass and
     inertia. Raises InputError where no body has such an inertia, or there is no name.
     """
     instance = plant.AddModelInstance(model.name or "robot")

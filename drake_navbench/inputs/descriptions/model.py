@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.etree import ElementTree
 
+from drake_navbench.inputs.descriptions.resting_joints import WITHOUT_ARM, Resting
 from drake_navbench.kernels.arrays import Array
 
 
@@ -94,9 +95,10 @@ class Plugin:
 
 @dataclass
 class Model:
-    """The links, shapes and plugins of one model, its joints at zero.
+    """The links, shapes and plugins of one model.
 
     remarks: the parts left out, and why. is_static: the file says that the model never moves.
+    resting: the joints that are not at zero.
     """
 
     name: str
@@ -106,6 +108,7 @@ class Model:
     plugins: list[Plugin] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
     is_static: bool = False
+    resting: Resting = WITHOUT_ARM
 
     @property
     def mass_kg(self) -> float:

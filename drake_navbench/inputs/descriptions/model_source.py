@@ -19,7 +19,7 @@ from drake_navbench.inputs.descriptions.sdf import SdfReader
 from drake_navbench.inputs.descriptions.urdf import read_urdf
 from drake_navbench.inputs.descriptions.xacro_file import XACRO, Expanded, expand_xacro
 from drake_navbench.inputs.descriptions.xml_file import read_xml, text_of
-from drake_navbench.typed_files.input_file import MEGABYTE, read_input
+from drake_navbench.typed_files.input_file import MEGABYTE, read_input, require_utf_8
 
 MAX_FILE_BYTES = 64 * MEGABYTE
 # A world is the robot that stands in it. A .model is URDF or SDF, by its root element. A .gazebo is
@@ -58,7 +58,9 @@ def read_source(
     arguments: for xacro. folders: further folders in which packages are searched.
     """
     packages = Packages(path, folders, is_own=is_drawing(path))
-    text = read_input(path, max_bytes=MAX_FILE_BYTES).decode(errors="replace")
+    content = read_input(path, max_bytes=MAX_FILE_BYTES)
+    require_utf_8(path, content)
+    text = content.decode(errors="replace")
     written, unmounted = clearpath_xacro(path, packages) if is_clearpath(path) else (None, [])
     is_xacro = path.suffix == XACRO or XACRO_MARKS.search(text) is not None
     is_expanded = written is not None or is_xacro

@@ -54,6 +54,20 @@ def pose_of(values: list[float]) -> Array:
     return pose
 
 
+def turned_about(axis: Array, angle_rad: float) -> Array:
+    """Returns the pose (4, 4) of a frame that is turned about an axis (3,); an axis of 0: itself.
+
+    R = 1 + sin(a) K + (1 - cos(a)) K^2 with K v = axis x v (Rodrigues).
+    """
+    pose, length = np.eye(4), float(np.linalg.norm(axis))
+    if length > 0.0:
+        x, y, z = axis / length
+        cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        about = math.sin(angle_rad) * cross + (1.0 - math.cos(angle_rad)) * cross @ cross
+        pose[:3, :3] += about
+    return pose
+
+
 def yaw_of(pose: Array) -> float:
     """Returns the heading of a pose's x axis over the floor, rad."""
     return math.atan2(pose[1, 0], pose[0, 0])

@@ -1,4 +1,4 @@
-"""URDF as a model: every link placed by the joints above it, all joints at zero."""
+"""URDF as a model: every link placed by the joints above it, arms where a file lets them rest."""
 
 from __future__ import annotations
 
@@ -11,7 +11,14 @@ from xml.etree import ElementTree
 import numpy as np
 
 from drake_navbench.inputs.descriptions.model import Joint, Link, Model, Plugin, Sensor, Shape
-from drake_navbench.inputs.descriptions.poses import moved_inertia, number, numbers, pose_of
+from drake_navbench.inputs.descriptions.poses import (
+    moved_inertia,
+    number,
+    numbers,
+    pose_of,
+    turned_about,
+)
+from drake_navbench.inputs.descriptions.resting_joints import resting_joints
 from drake_navbench.inputs.descriptions.ros_packages import Packages
 from drake_navbench.inputs.descriptions.xml_file import text_of
 from drake_navbench.kernels.arrays import Array
@@ -26,7 +33,7 @@ MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 def read_urdf(root: ElementTree.Element, packages: Packages) -> Model:
     """Returns the model of a <robot>."""
-    model = Model(root.get("name") or "robot")
+    model = Model(root.get("name") or "robot", resting=resting_joints(root, packages))
     joints = [joint for joint in root.findall("joint") if joint.get("type")]
     above = {_link_of(joint, "child"): joint for joint in joints}
     poses: dict[str, Array] = {}
@@ -72,7 +79,7 @@ def _loose(joints: Sequence[ElementTree.Element], links: Collection[str]) -> lis
 def _joint(joint: ElementTree.Element, poses: Mapping[str, Array]) -> Joint:
     child = _link_of(joint, "child")
     pose = poses.get(child, np.eye(4))
-    axis, limit, dynamics = joint.find("axis"), joint.find("limit"), joint.find("dynamics")
+    limit, dynamics = joint.find("limit"), joint.find("dynamics")
     kind = joint.get("type", FIXED)
     low, high = (
         None if limit is None or kind == ENDLESS else number(limit.get(end))
@@ -85,7 +92,7 @@ def _joint(joint: ElementTree.Element, poses: Mapping[str, Array]) -> Joint:
         _link_of(joint, "parent"),
         child,
         pose,
-        pose[:3, :3] @ np.array(numbers("1 0 0" if axis is None else axis.get("xyz"), 3)),
+        pose[:3, :3] @ _axis(joint),
         None if limit is None else number(limit.get("velocity")),
         (-math.inf if low is None else low, math.inf if high is None else high),
         max(damping or 0.0, 0.0),
@@ -115,9 +122,29 @@ def _pose_of_link(
         name = _link_of(above[name], "parent")
     pose = poses.setdefault(name, np.eye(4))
     for link in reversed(chain):
-        pose = pose @ _origin(above[link])
+        joint = above[link]
+        value = model.resting.positions.get(joint.get("name", ""), 0.0)
+        pose = pose @ _origin(joint)
+        if value:
+            pose = pose @ _motion(joint, value)
         poses[link] = pose
     return pose
+
+
+def _motion(joint: ElementTree.Element, value: float) -> Array:
+    """Returns the pose (4, 4) of a joint's child at a position, rad or m, from that at zero."""
+    axis = _axis(joint)
+    if joint.get("type") == "prismatic":
+        moved = np.eye(4)
+        moved[:3, 3] = value * axis
+        return moved
+    return turned_about(axis, value)
+
+
+def _axis(joint: ElementTree.Element) -> Array:
+    """Returns a joint's axis (3,) in its own frame."""
+    axis = joint.find("axis")
+    return np.array(numbers("1 0 0" if axis is None else axis.get("xyz"), 3))
 
 
 def _origin(element: ElementTree.Element) -> Array:

@@ -19,7 +19,7 @@ from drake_navbench.inputs.descriptions.sdf_frames import Frames, pose_element
 from drake_navbench.inputs.descriptions.xacro_file import XACRO, expand_xacro
 from drake_navbench.inputs.descriptions.xml_file import read_xml, text_of
 from drake_navbench.kernels.arrays import Array
-from drake_navbench.typed_files.input_file import MEGABYTE, read_head, read_input
+from drake_navbench.typed_files.input_file import MEGABYTE, read_head, read_input, require_utf_8
 
 MAX_FILE_BYTES = 64 * MEGABYTE
 WORLD_SUFFIXES = (".world", ".sdf")
@@ -58,7 +58,8 @@ def is_world(path: Path) -> bool:
         return True
     if not name.endswith(".sdf"):
         return False
-    return WORLD_TAG.search(read_head(path, HEAD_BYTES)) is not None
+    # In UTF-16 each other byte is 0.
+    return WORLD_TAG.search(read_head(path, HEAD_BYTES).replace(b"\0", b"")) is not None
 
 
 def read_world(path: Path, folders: Sequence[Path] = ()) -> WorldSource:
@@ -72,6 +73,7 @@ def read_world(path: Path, folders: Sequence[Path] = ()) -> WorldSource:
             "Nav2's map server and scenarios"
         )
     content = read_input(path, max_bytes=MAX_FILE_BYTES)
+    require_utf_8(path, content)
     if path.suffix == XACRO or b"<xacro:" in content:
         content = expand_xacro(path, None, folders).text.encode()
     if TEMPLATE.search(content):

@@ -27,7 +27,12 @@ from drake_navbench.navigation.costmaps.movingai_map import SUFFIX as MOVINGAI_S
 from drake_navbench.navigation.costmaps.movingai_map import read_movingai_map
 from drake_navbench.navigation.costmaps.turned_map import turned_along_axes
 from drake_navbench.typed_files.file_kinds import MAP, require_kind
-from drake_navbench.typed_files.input_file import LFS_POINTER, read_head, require_fetched
+from drake_navbench.typed_files.input_file import (
+    LFS_POINTER,
+    other_case,
+    read_head,
+    require_fetched,
+)
 from drake_navbench.typed_files.quantities import MAX_LENGTH_M, Angle, CellSize, Length
 from drake_navbench.typed_files.typed_yaml import (
     FrozenModel,
@@ -353,7 +358,9 @@ def occupancy_from_grey(
 def _read_image(path: Path, named_by: str) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
     """Returns grey and alpha of an image, (rows, columns) uint8 each, top row first."""
     if not path.is_file():
-        raise InputError(f"{named_by}: image: no such file, got {str(path)!r}")
+        other = other_case(path)
+        hint = f"; {other.name} is there: write its name so" if other else ""
+        raise InputError(f"{named_by}: image: no such file, got {str(path)!r}{hint}")
     require_fetched(path, read_head(path, len(LFS_POINTER)))
     try:
         # Pillow warns of images beyond a size that is refused here in any case.

@@ -53,7 +53,8 @@ class ImportRequest:
     topics: role -> topic. scenario, controller: names of the trials' scenario and column; '' for
     the recording's own. start_s, end_s: seconds from the beginning of the recording, between which
     it is one task; None: tasks are found. robot: name or file; may be None for an exported bag.
-    fits_drive: whether to find the parameters of the drive.
+    fits_drive: whether to find the parameters of the drive. packages: folders searched for the
+    packages that a robot's model names.
     """
 
     robot: str | None = None
@@ -65,6 +66,7 @@ class ImportRequest:
     start_s: float | None = None
     end_s: float | None = None
     fits_drive: bool = False
+    packages: tuple[Path, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -88,7 +90,9 @@ class Imported:
 def read_recording(path: Path, request: ImportRequest) -> Imported:
     """Returns the trials in a recording; raises InputError where it cannot be read as trials."""
     # The user's own files are read first, as a large recording takes minutes.
-    given_robot = None if request.robot is None else load_robot(request.robot)
+    given_robot = None
+    if request.robot is not None:
+        given_robot = load_robot(request.robot, packages=request.packages)
     given_map = None if request.map_file is None else load_map(request.map_file)
     needed = (("trial", NO_ROBOT),) if given_robot is None else ()
     piece = Piece(request.topics, request.namespace, request.start_s, request.end_s, needed)

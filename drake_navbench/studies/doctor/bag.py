@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -49,12 +49,16 @@ class BagReport(NamedTuple):
         return next((s for s in BY_WEIGHT if self.severity.get(s, 0.0) > 1.0), None)
 
 
-def report_on(path: Path, robot: str, topics: Mapping[str, str]) -> BagReport:
+def report_on(
+    path: Path, robot: str, topics: Mapping[str, str], packages: Sequence[Path] = ()
+) -> BagReport:
     """Returns the symptoms in a recording and the base that is fitted to it; raises InputError.
 
-    robot: name or file, for its outline and limits. topics: of the recording, by role.
+    robot: name or file, for its outline and limits. topics: of the recording, by role. packages:
+    folders searched for the packages that a robot's model names.
     """
-    imported = _read(path, ImportRequest(robot=robot, topics=topics))
+    request = ImportRequest(robot=robot, topics=topics, packages=tuple(packages))
+    imported = _read(path, request)
     severity: dict[Symptom, float] = {}
     count = len(imported.logs)
     lines = [f"{path.name} contains {count} drive{'s' * (count != 1)}, which show:"]
@@ -63,7 +67,7 @@ def report_on(path: Path, robot: str, topics: Mapping[str, str]) -> BagReport:
         for name, value in severities(log).items():
             symptom = Symptom(name)
             severity[symptom] = max(severity.get(symptom, 0.0), value)
-    overrides, remarks = _base(path, imported, load_robot(robot))
+    overrides, remarks = _base(path, imported, load_robot(robot, packages=packages))
     if any("goal" in log.info.get("missing", {}) for log in imported.logs):
         remarks = (NO_GOAL.format(path.name), *remarks)
     return BagReport(severity, [as_line(line) for line in lines], overrides, remarks)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -44,6 +44,7 @@ class Patient:
     paths: of the file, or of several that are merged, later ones overriding. robot: name or file of
     the robot for what no Nav2 file tells. values: for the file's substitutions. release: of Nav2,
     by the file's own marks where None. plugin: the controller's name in the file, '' for the first.
+    packages: folders searched for the packages that a robot's model names.
     """
 
     paths: tuple[Path, ...]
@@ -51,6 +52,7 @@ class Patient:
     values: Mapping[str, str]
     release: str | None = None
     plugin: str = ""
+    packages: tuple[Path, ...] = ()
 
     @cached_property
     def texts(self) -> dict[Path, str]:
@@ -63,9 +65,22 @@ class Patient:
 
     @cached_property
     def _columns(self) -> FileColumns:
-        file = WholeFile("before", self.paths)
-        found = columns_of_files([file], self.robot, self.values, release=self.release)
-        return require_columns(found)[0]
+        return self._read([WholeFile("before", self.paths)], self.release)[0]
+
+    def _read(self, files: Sequence[WholeFile], release: str | None) -> tuple[FileColumns, ...]:
+        base, other_names = self._robot
+        found = columns_of_files(
+            *(files, self.robot, self.values),
+            release=release,
+            base=base,
+            other_names=other_names,
+        )
+        return require_columns(found)
+
+    @cached_property
+    def _robot(self) -> tuple[Robot, Collection[str]]:
+        """The robot as its own file has it, and the names of its xacro arguments."""
+        return robot_of_files(self.robot, self.paths, self.values, self.packages)
 
     def chosen(self, columns: FileColumns) -> Preset:
         """Returns the column of the controller that is looked at; raises InputError."""
@@ -100,7 +115,7 @@ class Patient:
         from drake_navbench.nav2.model_check import contradictions
 
         known = known_base_of(self.paths)
-        described = describe_robot(Path(self.robot), self.values, (), known)
+        described = describe_robot(Path(self.robot), self.values, self.packages, known)
         try:
             setup = self.columns().setup
         except InputError:
@@ -112,7 +127,8 @@ class Patient:
         try:
             columns = self.columns()
         except InputError:
-            found = readable_setup(self.paths, self.robot, self.values, self.release)
+            base, _ = self._robot
+            found = readable_setup(self.paths, self.robot, self.values, self.release, base)
             return found.facts(self._chosen(found.setup))
         return facts_of(columns.setup, self._chosen(columns.setup))
 
@@ -140,7 +156,7 @@ class Patient:
 
         A speed that the robot's file does not give is not its own.
         """
-        own = self._own_drive
+        own = self._robot[0].drive
         more = {name: value for name, value in drive if getattr(alone, name, None) != value}
         return type(drive) is type(alone) and all(
             name in SPEEDS
@@ -148,11 +164,6 @@ class Patient:
             and abs(value) <= abs(getattr(own, name))
             for name, value in more.items()
         )
-
-    @cached_property
-    def _own_drive(self) -> Drive:
-        """The drive of the robot as its own file has it, whatever the Nav2 file asks for."""
-        return robot_of_files(self.robot, self.paths, self.values)[0].drive
 
     def require_read(self, place: Place, value: Any) -> None:
         """Raises InputError if Nav2 does not read a parameter, or refuses its value."""
@@ -166,7 +177,7 @@ class Patient:
         texts = self.patched_texts(changes)
         release = self.release or str(self.facts().release)
         files = [WholeFile("before", self.paths), WholeFile("after", self.paths, texts)]
-        return require_columns(columns_of_files(files, self.robot, self.values, release=release))
+        return self._read(files, release)
 
 
 def speed_asked(facts: Facts, robot: Robot) -> float:

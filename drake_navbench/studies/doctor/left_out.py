@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset
+from drake_navbench.inputs.robot import Robot
 from drake_navbench.nav2.controllers import PLUGINS, NoCounterpart
 from drake_navbench.nav2.nav2_setup import Nav2Setup
 from drake_navbench.nav2.parameters import Parameter, Section
@@ -54,12 +55,14 @@ def readable_setup(
     robot: str,
     values: Mapping[str, str] | None = None,
     release: str | None = None,
+    base: Robot | None = None,
 ) -> Readable:
     """Returns the setup of Nav2 files without the parameters that are refused.
 
-    Raises InputError where a file is no Nav2 file, or where no parameter is to blame.
+    base: the robot, if it is loaded already. Raises InputError where a file is no Nav2 file, or
+    where no parameter is to blame.
     """
-    base, _ = robot_of_files(robot, paths, values)
+    base = base or robot_of_files(robot, paths, values)[0]
     whole = read = read_sections(paths, Substitutions(values or {}))
     told: list[str] = []
     while True:

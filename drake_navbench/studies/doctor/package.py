@@ -34,6 +34,7 @@ def with_package(arguments: argparse.Namespace) -> tuple[argparse.Namespace, lis
     if arguments.map is not None or not arguments.goals:
         taken[MAP] = None
     values = vars(arguments) | found.options(taken, nav2="files")
+    values["packages"] = [*arguments.packages, root]
     if taken[NAV2] is not None:
         values["found_nav2"] = dict.fromkeys(values["files"], len(found.files[NAV2]))
     found.require_robot(values["robot"], default=None)

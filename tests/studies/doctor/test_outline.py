@@ -4,6 +4,7 @@ import pytest
 import yaml
 from doctor_texts import RPP, RPP_BLOCK, nav2_text
 
+from drake_navbench.commands.doctor import main
 from drake_navbench.studies.doctor.alike import Told
 from drake_navbench.studies.doctor.cures import trials_of
 from drake_navbench.studies.doctor.files import Patient
@@ -100,3 +101,25 @@ def test_an_outline_that_is_too_short_ahead_keeps_its_room_behind(patient, front
     if told is not None:
         corners = yaml.safe_load(first_change(own)["local_costmap.footprint"])
         assert sorted(corners) == [[-0.6, -side], [-0.6, side], [told, -side], [told, side]]
+
+
+def test_a_model_is_read_with_the_packages_of_another_folder(patient, tmp_path, capsys):
+    parts = tmp_path / "ws" / "parts"
+    parts.mkdir(parents=True)
+    (parts / "package.xml").write_text("<package><name>parts</name></package>")
+    (parts / "body.xacro").write_text(
+        '<robot><link name="base_link"><collision><geometry><box size="1.2 0.5 0.2"/></geometry>'
+        "</collision></link></robot>"
+    )
+    (tmp_path / "robot").mkdir()
+    model = tmp_path / "robot" / "cart.urdf.xacro"
+    model.write_text(
+        '<robot name="cart" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+        '<xacro:include filename="$(find parts)/body.xacro"/></robot>'
+    )
+    (file,) = patient(LONG, 0.25).paths
+    asked = [str(file), "--robot", str(model), "--read-only"]
+    assert main(asked) == 2
+    assert "left out what the package parts describes: not found" in capsys.readouterr().err
+    assert main([*asked, "--packages", str(tmp_path / "ws")]) == 0
+    assert "from x = -0.60 to 0.60 m" in capsys.readouterr().out
