@@ -206,7 +206,7 @@ def _mappings(value: Any, where: str, label: str) -> Iterator[Place]:
     where: the value's place in errors. label: its name so far.
     """
     if isinstance(value, Mapping):
-        label = next((str(value[n]) for n in OWN_NAMES if _is_name(value.get(n))), label)
+        label = _own_name(value) or label
         header = value.get("header", value)
         if isinstance(header, Mapping):
             require_map_frame(header.get("frame_id", ""), where)
@@ -218,7 +218,9 @@ def _mappings(value: Any, where: str, label: str) -> Iterator[Place]:
         ]
         pose = pose_of(value, where) if len(several) < 2 else None
         if pose is not None:
-            yield Place(label or where.rpartition(": ")[2], pose, neighbours_in(value))
+            inside = next((_own_name(value[key]) for key in POSES if key in value), "")
+            name = _own_name(value) or inside or label or where.rpartition(": ")[2]
+            yield Place(name, pose, neighbours_in(value))
             return
         for key, one in inner.items():
             is_wrapper = str(key).lower() in (*POSES, *POSITIONS) and len(several) < 2
@@ -236,8 +238,10 @@ def _mappings(value: Any, where: str, label: str) -> Iterator[Place]:
                 yield from _mappings(one, here, "" if is_named else f"{label}[{index}]")
 
 
-def _is_name(value: Any) -> bool:
-    return isinstance(value, str | int) and not isinstance(value, bool) and value != ""
+def _own_name(value: Any) -> str:
+    """Returns the name that a mapping gives itself; '' for none."""
+    given = [value.get(key) for key in OWN_NAMES] if isinstance(value, Mapping) else []
+    return next((str(one) for one in given if type(one) in (str, int) and one != ""), "")
 
 
 def _only_key(value: Any) -> str:

@@ -134,7 +134,9 @@ def neighbours_in(value: Mapping[Any, Any]) -> tuple[str, ...]:
 
 def _ends(edge: Any) -> tuple[str, ...]:
     if isinstance(edge, Mapping):
-        return next((tuple(str(edge[e]) for e in ends) for ends in ENDS if set(ends) <= {*edge}), ())
+        return next(
+            (tuple(str(edge[e]) for e in ends) for ends in ENDS if set(ends) <= {*edge}), ()
+        )
     return tuple(str(end) for end in _list(edge)[:2] if isinstance(end, str | int))
 
 

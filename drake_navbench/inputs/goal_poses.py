@@ -19,7 +19,16 @@ from drake_navbench.typed_files.yaml_loader import DECIMAL
 
 # The beginnings of the names of a position's and of a quaternion's numbers; x alone is a position.
 OF_POSITION = ("", "pos_", "position_", "pose_position_", "pose_", "goal_", "target_", "p")
-OF_QUATERNION = ("q", "q_", "o", "ori_", "orientation_", "pose_orientation_", "quat_", "quaternion_")
+OF_QUATERNION = (
+    "q",
+    "q_",
+    "o",
+    "ori_",
+    "orientation_",
+    "pose_orientation_",
+    "quat_",
+    "quaternion_",
+)
 POSITIONS = ("position", "point", "translation", "location", "coordinates", "coords", "xy", "pos")
 ORIENTATIONS = ("orientation", "quaternion", "rotation", "quat", "orientation_rpy", "rpy")
 POSES = ("pose", "goal", "target", "waypoint", "goal_pose", "target_pose", "pose_stamped", "center")
@@ -91,7 +100,7 @@ def pose_of_numbers(numbers: Sequence[Any], where: str, *, has_quaternions: bool
 
 
 def ends_in_quaternion(numbers: Sequence[Any]) -> bool:
-    """Tells whether the last two of four numbers have length 1, as z and w of a level quaternion."""
+    """Tells whether the last two of four numbers are z and w of a level quaternion: length 1."""
     z, w = (number_of(one) or 0.0 for one in numbers[-2:])
     return len(numbers) == 4 and abs(math.hypot(z, w) - 1.0) <= UNIT_TOLERANCE
 
@@ -126,8 +135,8 @@ def require_no_gps(value: Mapping[Any, Any], where: str) -> None:
 def gps_fault(where: str) -> InputError:
     """Returns the fault of GPS coordinates, with the remedy."""
     return InputError(
-        f"{shown(where)}: latitude and longitude; expected x, y in m in the map's frame: convert them "
-        "with the datum of your navsat_transform (its service fromLL)"
+        f"{shown(where)}: latitude and longitude; expected x, y in m in the map's frame: convert "
+        "them with the datum of your navsat_transform (its service fromLL)"
     )
 
 
@@ -214,7 +223,7 @@ def _yaw_of(turn: Any, where: str) -> float | None:
     x, y, z, w = (one / length for one in numbers)
     if max(abs(x), abs(y)) > MAX_TILT:
         raise InputError(
-            f"{shown(where)}: a quaternion x {x:.3g}, y {y:.3g}, z {z:.3g}, w {w:.3g} tilts; expected "
-            "that of a robot on the floor, in this order, with x and y of 0"
+            f"{shown(where)}: a quaternion x {x:.3g}, y {y:.3g}, z {z:.3g}, w {w:.3g} tilts; "
+            "expected that of a robot on the floor, in this order, with x and y of 0"
         )
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))

@@ -87,9 +87,7 @@ def _plain(rows: Sequence[_Row], path: Path) -> list[Place]:
     return [
         Place(
             own,
-            pose_of_numbers(
-                numbers, f"{path}, line {row.line}", has_quaternions=has_quaternions
-            ),
+            pose_of_numbers(numbers, f"{path}, line {row.line}", has_quaternions=has_quaternions),
         )
         for row, own, numbers in named
     ]
