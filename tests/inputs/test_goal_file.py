@@ -13,11 +13,11 @@ from drake_navbench.inputs.goal_file import GoalFile, could_be_goals, read_goal_
 HALF = math.pi / 2.0
 # The places A (1, 2), facing y, and B (3, 4), facing x, in every form that is read.
 NAMED = {
-    "waypoints.yaml": "waypoints: [{name: A, x: 1, y: 2, yaw: 1.5708}, {name: B, x: 3, y: 4, h: 0}]",
-    "named.yaml": "frame_id: map\nlocations: {A: {x: 1.0, y: 2, theta: 1.5708}, B: {x: 3, y: 4, th: 0}}",
+    "waypoints.yaml": "waypoints: [{name: A, x: 1, y: 2, yaw: 1.5708}, {id: B, x: 3, y: 4, h: 0}]",
+    "named.yaml": "frame: map\nstops: {A: {x: 1.0, y: 2, theta: 1.5708}, B: {x: 3, y: 4, th: 0}}",
     "degrees.yaml": "A: {x: 1, y: 2, yaw_deg: 90}\nB: {x: 3, y: 4, yaw_deg: 0}",
-    "quoted.yaml": "places: [{id: A, x: '1', y: '2e0', x_yaw: 1, yaw: 1.5708}, {id: B, x: 3, y: 4, yaw: 0}]",
-    "capital.yaml": "locations: [{location_name: A, x: 1, y: 2, Y: 1.5708}, {name: B, x: 3, y: 4, Y: 0}]",
+    "quoted.yaml": "places: [{id: A, x: '1', y: '2e0', yaw: 1.5708}, {id: B, x: 3, y: 4, yaw: 0}]",
+    "capital.yaml": "stops: [{location_name: A, x: 1, y: 2, Y: 1.5708}, {id: B, x: 3, y: 4, Y: 0}]",
     "stamped.yaml": (
         "A: {header: {frame_id: map}, pose: {position: {x: 1, y: 2, z: 0},"
         " orientation: {x: 0, y: 0, z: 0.7071, w: 0.7071}}}\n"
@@ -36,7 +36,7 @@ NAMED = {
         " A: {x: 1, y: 2, z: 0.7071, w: 0.7071}}}"
     ),
     "lists.json": '{"frame": "map", "A": [1, 2, 1.5708], "B": [3, 4, 0]}',
-    "nested.yaml": "rooms: [{name: A, goal: {x: 1, y: 2, yaw: 1.5708}}, {name: B, goal: [3, 4, 0]}]",
+    "nested.yaml": "rooms: [{name: A, goal: {x: 1, y: 2, yaw: 1.5708}}, {id: B, goal: [3, 4, 0]}]",
     "others.yaml": (
         "waypoints: {A: {x: 1, y: 2, yaw: 1.5708}, B: {x: 3, y: 4, yaw: 0}}\n"
         "furniture: [{name: table, x: 9, y: 9}]"
@@ -86,7 +86,7 @@ GRAPHS = {
         {"properties": {"id": 7, "frame": "map", "metadata": {"name": "A"}},
          "geometry": {"type": "Point", "coordinates": [1.0, 2.0]}},
         {"properties": {"id": 9}, "geometry": {"type": "Point", "coordinates": [3.0, 4.0]}},
-        {"properties": {"id": 10, "startid": 9, "endid": 7}, "geometry": {"type": "LineString"}}]}""",
+        {"properties": {"id": 10, "startid": 9, "endid": 7}, "geometry": {}}]}""",
     "nav_graph.yaml": (
         "levels: {L1: {vertices: [[1, 2, {name: A}], [3, 4, {}]], lanes: [[1, 0, {}], [1, 0, {}]]}}"
     ),
@@ -121,7 +121,7 @@ REFUSED = {
     "odom.yaml": ("frame_id: odom\ngoals: [[1, 2]]", "odom.yaml: frame odom; expected places in"),
     "map.yaml": (
         "image: a.pgm\norigin: [0, 0, 0]",
-        "map.yaml: is a map file; expected a file of g",
+        "map.yaml: is a map file; expected a file",
     ),
     "none.yaml": ("goals: [{title: win}]", "none.yaml: has no places; expected mappings with x"),
     "empty.yaml": ("", "empty.yaml: has no places"),
@@ -132,7 +132,7 @@ REFUSED = {
     "ragged.csv": ("x,y\n1,2\n3\n", "ragged.csv, line 3: 1 columns; expected 2"),
     "building.yaml": (
         "levels: {L1: {drawing: {}, vertices: []}}",
-        "building.yaml: levels.L1: is a b",
+        "building.yaml: levels.L1: is a",
     ),
     "floors.yaml": ("levels: {L1: {}, L2: {}}", "floors.yaml: levels: L1, L2; expected one"),
     "lost.json": (

@@ -84,9 +84,9 @@ def test_each_edge_of_a_graph_is_a_task(tmp_path):
         found = tasks(tmp_path, text)
     assert [task.description[11:] for task in found] == ["from b to a", "from a to b"]
     assert found[0].start == (4.0, 0.0, math.pi)
-    with pytest.raises(InputError, match="--start: each edge"), warnings.catch_warnings():
-        warnings.simplefilter("ignore", InputWarning)
-        tasks(tmp_path, text, start=(0.0, 0.0, 0.0))
+    turned = text.replace("y: 0", "y: 0, yaw: 0")
+    with pytest.raises(InputError, match="--start: each edge"):
+        tasks(tmp_path, turned, start=(0.0, 0.0, 0.0))
 
 
 @pytest.mark.parametrize(
@@ -95,7 +95,10 @@ def test_each_edge_of_a_graph_is_a_task(tmp_path):
         ("goals: [[0, 0, 0]]", "no way between two of its 1 places"),
         ("goals: [[0, 0, 0], [0, 0, 0]]", "no way between two of its 2 places"),
         ("goals: [[99, 0, 0], [50, 0, 0]]", "expected places on the map"),
-        (f"goals: {[[0, 0, 0.1 * i] for i in range(1001)]}", "1001 places; expected at most 1000"),
+        (
+            f"goals: {[[0, 0, 0.001 * i] for i in range(1001)]}",
+            "1001 places; expected at most 1000",
+        ),
     ],
 )
 def test_files_without_a_way_are_one_line(tmp_path, text, said):
