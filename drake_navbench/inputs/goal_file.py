@@ -144,7 +144,8 @@ def _list_in(data: Any, path: Path) -> GoalFile:
     start = next((_start(own[key], f"{path}: {key}") for key in STARTS if key in own), None)
     rest = {key: value for key, value in own.items() if key not in STARTS} if own else top
     places, told = _chosen(rest, path)
-    places = _in_named_order(own, places)
+    places, listed = _in_named_order(own, places)
+    told += [f"{path}: {line}" for line in listed]
     edges = next((own[name] for name in EDGES if isinstance(own.get(name), list)), None)
     where = f"{path}: {next((name for name in EDGES if name in own), 'edges')}"
     is_graph = edges is not None or any(place.neighbours for place in places)
@@ -206,7 +207,7 @@ def _mappings(value: Any, where: str, label: str) -> Iterator[Place]:
     where: the value's place in errors. label: its name so far.
     """
     if isinstance(value, Mapping):
-        label = _own_name(value) or label
+        key_name, label = label, _own_name(value) or label
         header = value.get("header", value)
         if isinstance(header, Mapping):
             require_map_frame(header.get("frame_id", ""), where)
@@ -220,7 +221,7 @@ def _mappings(value: Any, where: str, label: str) -> Iterator[Place]:
         if pose is not None:
             inside = next((_own_name(value[key]) for key in POSES if key in value), "")
             name = _own_name(value) or inside or label or where.rpartition(": ")[2]
-            yield Place(name, pose, neighbours_in(value))
+            yield Place(name, pose, neighbours_in(value), key_name)
             return
         for key, one in inner.items():
             is_wrapper = str(key).lower() in (*POSES, *POSITIONS) and len(several) < 2
@@ -300,15 +301,18 @@ def _from_arrays(value: Mapping[Any, Any], where: str) -> list[Place]:
     return []
 
 
-def _in_named_order(top: Mapping[Any, Any], places: Sequence[Place]) -> list[Place]:
-    """Returns places in the order of a list of their names, as ROS parameters give it."""
-    by_name = {place.name: place for place in places}
-    for value in top.values():
+def _in_named_order(
+    top: Mapping[Any, Any], places: Sequence[Place]
+) -> tuple[list[Place], list[str]]:
+    """Returns places in the order of a list of their names, and a line on those it leaves out."""
+    by_name = {name: place for place in places for name in (place.key, place.name)}
+    for key, value in top.items():
         if isinstance(value, list) and len(value) > 1 and all(isinstance(v, str) for v in value):
             known = [by_name[name] for name in value if name in by_name]
             if 2 * len(known) >= len(value):
-                return known
-    return [*places]
+                left = len({*places} - {*known})
+                return known, [f"{key} lists places in order, {left} not"] if left else []
+    return [*places], []
 
 
 def _in_radians(found: GoalFile) -> GoalFile:

@@ -17,18 +17,24 @@ EDGES = ("edges", "lanes", "links", "connections")
 NEIGHBOURS = ("neighbours", "neighbors", "connections", "connected_to", "adjacent", "edges")
 ENDS = (("startid", "endid"), ("from", "to"), ("start", "end"), ("source", "target"), ("a", "b"))
 TARGETS = ("node", "to", "target", "id", "name")
-GPS_MARKS = ("4326", "CRS84")
+# Of a GeoJSON file in m; by the standard one without such a mark has longitudes and latitudes.
+METRIC_MARK = "3857"
 MAP_FRAMES = ("map", "")
 # Frames that move against the map, or of another kind of coordinates.
 OTHER_FRAMES = ("odom", "base_link", "base_footprint", "base", "wgs84", "utm", "gps", "camera_link")
 
 
 class Place(NamedTuple):
-    """A place of a file: its name there, its pose, and the places to which an edge leads."""
+    """A place of a file.
+
+    name: its name or field there. neighbours: the places to which an edge leads. key: the key of
+    its mapping, which may differ from its name.
+    """
 
     name: str
     pose: FoundPose
     neighbours: tuple[str, ...] = ()
+    key: str = ""
 
 
 class Graph(NamedTuple):
@@ -46,11 +52,16 @@ def require_map_frame(frame: Any, where: str) -> None:
 
 def geojson_graph(data: Mapping[str, Any], source: str) -> Graph:
     """Returns the graph in a GeoJSON file; raises InputError."""
-    crs = str(data.get("crs", ""))
+    features = _list(data.get("features"))
+    is_metric = METRIC_MARK in str(data.get("crs", "")) or any(
+        {"frame", "startid"} & set(feature.get("properties") or ())
+        for feature in features
+        if isinstance(feature, Mapping)
+    )
     places: list[Place] = []
     ids: list[str] = []
     lines: list[tuple[str, str, str]] = []
-    for index, feature in enumerate(_list(data.get("features"))):
+    for index, feature in enumerate(features):
         where = f"{source}: features[{index}]"
         own = feature.get("properties") if isinstance(feature, Mapping) else None
         shape = feature.get("geometry") if isinstance(feature, Mapping) else None
@@ -60,7 +71,7 @@ def geojson_graph(data: Mapping[str, Any], source: str) -> Graph:
         if "startid" in own and "endid" in own:
             lines.append((where, str(own["startid"]), str(own["endid"])))
         elif shape.get("type") == "Point":
-            if "frame" not in own and any(mark in crs for mark in GPS_MARKS):
+            if not is_metric:
                 raise gps_fault(where)
             require_map_frame(own.get("frame", ""), where)
             ids.append(str(own.get("id", index)))

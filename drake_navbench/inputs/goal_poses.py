@@ -17,17 +17,12 @@ from drake_navbench.errors import InputError
 from drake_navbench.typed_files.quantities import MAX_LENGTH_M, Pose
 from drake_navbench.typed_files.yaml_loader import DECIMAL
 
-# The beginnings of the names of a position's and of a quaternion's numbers; x alone is a position.
+# The beginnings of the names of a position's numbers.
 OF_POSITION = ("", "pos_", "position_", "pose_position_", "pose_", "goal_", "target_", "p")
-OF_QUATERNION = (
-    "q",
-    "q_",
-    "o",
-    "ori_",
-    "orientation_",
-    "pose_orientation_",
-    "quat_",
-    "quaternion_",
+# Names of a quaternion's z, such as qz, orientation_z, z_orient; the other three are alike.
+OF_QUATERNION = re.compile(
+    r"((?:\w+_)?(?:q|o|ori|orient|orientation|rot|rotation|quat|quaternion)_?)z"
+    r"|z(_(?:q|ori|orient|orientation|rot|rotation|quat|quaternion))"
 )
 POSITIONS = ("position", "point", "translation", "location", "coordinates", "coords", "xy", "pos")
 ORIENTATIONS = ("orientation", "quaternion", "rotation", "quat", "orientation_rpy", "rpy")
@@ -189,11 +184,17 @@ def _required(value: Mapping[str, Any], name: str, where: str) -> float:
 def _turn_in(value: Mapping[str, Any], where: str) -> float | None:
     """Returns the heading that a mapping has beside its position, rad; None without one."""
     for name in ORIENTATIONS:
-        if isinstance(value.get(name), Mapping | list | int | float):
-            return _yaw_of(value[name], below(where, name))
-    for begin in OF_QUATERNION:
-        if f"{begin}z" in value and f"{begin}w" in value:
-            return _yaw_of({axis: value.get(f"{begin}{axis}", 0.0) for axis in "xyzw"}, where)
+        turn = value.get(name)
+        if isinstance(turn, list) and len(turn) == 4 and isinstance(value.get("pose"), list):
+            # The form of Nav2's panel in RViz, which writes w first.
+            turn = [*turn[1:], turn[0]]
+        if isinstance(turn, Mapping | list | int | float):
+            return _yaw_of(turn, below(where, name))
+    for name in value:
+        found = OF_QUATERNION.fullmatch(name)
+        if found is not None:
+            begin, end = found[1] or "", found[2] or ""
+            return _yaw_of({a: value.get(f"{begin}{a}{end}", 0.0) for a in "xyzw"}, where)
     for name, one in value.items():
         degrees = DEGREES.search(name)
         if (DEGREES.sub("", name) in YAWS) and (yaw := number_of(one)) is not None:

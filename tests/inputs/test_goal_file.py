@@ -24,8 +24,8 @@ NAMED = {
         "B: {pose: {position: {x: 3, y: 4}, orientation: {z: 0, w: 2}}}"
     ),
     "panel.yaml": (
-        "waypoints:\n  A: {pose: [1, 2, 0], orientation: [0.0, 0.0, 0.7071, 0.7071]}\n"
-        "  B: {position: [3, 4, 0], quaternion: [0, 0, 0, 1]}"
+        "waypoints:\n  A: {pose: [1, 2, 0], orientation: [0.7071, 0.0, 0.0, 0.7071]}\n"
+        "  B: {pose: [3, 4, 0], orientation: [1, 0, 0, 0]}"
     ),
     "parts.yaml": (
         "- A: {point: {x: 1, y: 2, z: 0}, quaternion: {x: 0, y: 0, z: 0.7071, w: 0.7071}}\n"
@@ -34,6 +34,10 @@ NAMED = {
     "parameters.yaml": (
         "/**: {ros__parameters: {names: [A, B], B: {x: 3, y: 4, z: 0, w: 1},"
         " A: {x: 1, y: 2, z: 0.7071, w: 0.7071}}}"
+    ),
+    "order.yaml": (
+        "order: [a, b]\nplaces: {b: {label: B, x: 3, y: 4, z_orient: 0, w_orient: 1},"
+        " c: {x: 9, y: 9}, a: {label: A, x: 1, y: 2, rot_z: 0.7071, rot_w: 0.7071}}"
     ),
     "lists.json": '{"frame": "map", "A": [1, 2, 1.5708], "B": [3, 4, 0]}',
     "nested.yaml": "rooms: [{name: A, goal: {x: 1, y: 2, yaw: 1.5708}}, {id: B, goal: [3, 4, 0]}]",
@@ -108,6 +112,10 @@ REFUSED = {
     "gps.yaml": (
         "waypoints: [{latitude: 38.1, longitude: -122.4, yaw: 0}]",
         "gps.yaml: waypoints[0]: latitude and longitude; expected x, y in m",
+    ),
+    "sea.geojson": (
+        '{"features": [{"geometry": {"type": "Point", "coordinates": [30.2, 59.9]}}]}',
+        "sea.geojson: features[0]: latitude and longitude; expected x, y in m",
     ),
     "gps.csv": ("lat,lon\n25.0,121.5\n", "gps.csv, line 2: latitude and longitude"),
     "text.yaml": (

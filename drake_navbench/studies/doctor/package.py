@@ -25,6 +25,8 @@ def with_package(arguments: argparse.Namespace) -> tuple[argparse.Namespace, lis
     root = arguments.package
     if WORLD in read_picks(arguments.pick):
         raise InputError("--pick world: is of no use here; the doctor drives in its probes")
+    if arguments.read_only and GOALS in read_picks(arguments.pick):
+        raise InputError("--pick goals: is of no use with --read-only, which drives nothing")
     found = find_package_files([root])
     taken = found.picked(arguments.pick)
     del taken[WORLD]
