@@ -17,7 +17,7 @@ EDGES = ("edges", "lanes", "links", "connections")
 NEIGHBOURS = ("neighbours", "neighbors", "connections", "connected_to", "adjacent", "edges")
 ENDS = (("startid", "endid"), ("from", "to"), ("start", "end"), ("source", "target"), ("a", "b"))
 TARGETS = ("node", "to", "target", "id", "name")
-# Of a GeoJSON file in m; by the standard one without such a mark has longitudes and latitudes.
+# The mark of GeoJSON coordinates in m; without any, the standard has longitudes and latitudes.
 METRIC_MARK = "3857"
 MAP_FRAMES = ("map", "")
 # Frames that move against the map, or of another kind of coordinates.
