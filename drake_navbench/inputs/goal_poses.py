@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeGuard
 
 from drake_navbench.errors import InputError
 from drake_navbench.typed_files.quantities import MAX_LENGTH_M, Pose
@@ -59,7 +59,7 @@ def number_of(value: Any) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def is_numbers(value: Any) -> bool:
+def is_numbers(value: Any) -> TypeGuard[Sequence[Any]]:
     """Tells whether a value is a list of as many numbers as a pose may have."""
     is_list = isinstance(value, Sequence) and not isinstance(value, str)
     return is_list and len(value) in LENGTHS and all(number_of(one) is not None for one in value)
