@@ -50,6 +50,7 @@ NAMES = (
                r"checkpoints|stops|landmarks|wps?)$"),
 )  # fmt: skip
 PARAMETERS = "ros__parameters"
+FRAMES = re.compile(r"(?:^|_)frame(?:_?id)?$")
 STARTS = ("start", "start_pose", "initial_pose", "init_pose", "initialpose")
 OWN_NAMES = ("name", "id", "label", "location_name", "idx")
 # More than a turn: headings in degrees, rad.
@@ -140,7 +141,9 @@ def _list_in(data: Any, path: Path) -> GoalFile:
     """
     top = _unwrapped(data, f"{path}: ")
     own = top if isinstance(top, Mapping) else {}
-    require_map_frame(own.get("frame_id", own.get("frame", "")), str(path))
+    for key, value in own.items():
+        if FRAMES.search(str(key)):
+            require_map_frame(value, str(path))
     start = next((_start(own[key], f"{path}: {key}") for key in STARTS if key in own), None)
     rest = {key: value for key, value in own.items() if key not in STARTS} if own else top
     places, told = _chosen(rest, path)
@@ -182,8 +185,8 @@ def _chosen(top: Any, path: Path) -> tuple[list[Place], list[str]]:
             if places:
                 others = {k: v for k, v in top.items() if k not in scopes}
                 left = len(list(_mappings(others, f"{path}: ", "")))
-                told = f"{path}: takes {_counted(len(places))} of {', '.join(map(str, scopes))}"
-                return places, [f"{told}, not {left} others"] if left else []
+                told = _taken(len(places), len(places) + left, f"of {', '.join(map(str, scopes))}")
+                return places, [f"{path}: {told}"] if left else []
     return _places_in(top, path, ""), []
 
 
@@ -311,7 +314,8 @@ def _in_named_order(
             known = [by_name[name] for name in value if name in by_name]
             if 2 * len(known) >= len(value):
                 left = len({*places} - {*known})
-                return known, [f"{key} lists places in order, {left} not"] if left else []
+                told = _taken(len(known), len(known) + left, f"that {key} lists")
+                return known, [told] if left else []
     return [*places], []
 
 
@@ -325,9 +329,10 @@ def _in_radians(found: GoalFile) -> GoalFile:
         places = tuple(place._replace(pose=_turned(place.pose)) for place in places)
         start = None if start is None else _turned(start)
     if len(yaws) < len(places):
-        which = "no place" if not yaws else f"{_counted(len(yaws))} of {len(places)}"
+        which = "no place has" if not yaws else f"{len(yaws)} of {len(places)} places have"
         told.append(
-            f"{found.path}: {which} with a heading; the others face the way from the place before"
+            f"{found.path}: {which} a heading; without one the robot arrives facing the way from "
+            "the place before"
         )
     return found._replace(places=places, start=start, told=tuple(told))
 
@@ -336,5 +341,5 @@ def _turned(pose: FoundPose) -> FoundPose:
     return pose if pose.yaw is None else pose._replace(yaw=math.radians(pose.yaw))
 
 
-def _counted(count: int) -> str:
-    return f"{count} place" if count == 1 else f"{count} places"
+def _taken(count: int, total: int, which: str) -> str:
+    return f"takes {count} of {total} places, those {which}"

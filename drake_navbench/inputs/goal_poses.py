@@ -28,8 +28,8 @@ POSITIONS = ("position", "point", "translation", "location", "coordinates", "coo
 ORIENTATIONS = ("orientation", "quaternion", "rotation", "quat", "orientation_rpy", "rpy")
 POSES = ("pose", "goal", "target", "waypoint", "goal_pose", "target_pose", "pose_stamped", "center")
 YAWS = ("yaw", "theta", "th", "heading", "psi", "angle", "phi", "direction", "h", "a", "rz", "rot")
-DEGREES = re.compile(r"_?(deg|degrees?)$")
-UNITS = re.compile(r"(?:_(?:m|rad))?(?:\s*[\[(](?:m|rad)[\])])?$")
+DEGREES = re.compile(r"[_\s]*[\[(]?(deg|degrees?)[\])]?$")
+UNITS = re.compile(r"(?:_(?:m|rad))?(?:\s*[\[(](?:m|met(?:er|re)s?|rad|radians?)[\])])?$")
 LATITUDES, LONGITUDES = ("latitude", "lat"), ("longitude", "lon", "lng", "long")
 LENGTHS = (2, 3, 4, 6, 7)
 # The largest x or y of a quaternion that turns about the vertical; localization has some tilt.

@@ -34,18 +34,22 @@ def places_in_table(text: str, path: Path) -> list[Place]:
     columns' names. Without names a row has 2, 3, 4, 6 or 7 numbers, perhaps after a name.
     """
     lines = [(number, line.strip()) for number, line in enumerate(text.split("\n"), start=1)]
-    rows = [_Row(number, _cells(line)) for number, line in lines if line and line[0] != "#"]
+    rows = [_Row(number, _cells(line)) for number, line in lines if not _is_comment(line)]
     names: list[str] = []
     if rows and not any(number_of(cell) is not None for cell in rows[0].cells):
         names = rows.pop(0).cells
     for number, line in lines:
-        words = _cells(line.lstrip("# "))
-        if not names and rows and line.startswith("#") and number < rows[0].line:
+        words = _cells(line.lstrip("#/ "))
+        if not names and rows and line and _is_comment(line) and number < rows[0].line:
             has_words = len(words) == len(rows[0].cells) and number_of(words[0]) is None
             names = words if has_words else []
     if names:
         return [_named(row, names, path) for row in rows]
     return _plain(rows, path)
+
+
+def _is_comment(line: str) -> bool:
+    return not line or line.startswith(("#", "//"))
 
 
 def _cells(line: str) -> list[str]:

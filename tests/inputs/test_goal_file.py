@@ -46,6 +46,7 @@ NAMED = {
         "furniture: [{name: table, x: 9, y: 9}]"
     ),
     "names.csv": "name, pose.position.x, pose.position.y, yaw_deg\nA, 1, 2, 90\nB, 3, 4, 0\n",
+    "units.csv": "id,X (meters),Y (meters),yaw (deg)\nA,1,2,90\nB,3,4,0\n",
     "plain.csv": "# recorded\nA;1;2;0;0;0;0.7071;0.7071\nB;3;4;0;0;0;0;1\n",
 }
 UNNAMED = {
@@ -55,6 +56,7 @@ UNNAMED = {
     "poses.yaml": "poses:\n- [[1, 2, 0], [0, 0, 0.7071, 0.7071]]\n- [[3, 4, 0], [0, 0, 0, 1]]",
     "arrays.yaml": "waypoints_x: [1, 3]\nwaypoints_y: [2, 4]\nwaypoints_yaw: [1.5708, 0]",
     "columns.csv": "# x_m, y_m, psi_rad\n1, 2, 1.5708\n3, 4, 0\n",
+    "slashes.csv": "// x, y, yaw, on/off\n1, 2, 1.5708, on\n3, 4, 0, off\n",
     "blanks.txt": "1 2 1.5708\n3 4 0\n",
     "half_turns.csv": "x,y,h\n1,2,90\n3,4,0\n",
 }
@@ -80,7 +82,9 @@ def test_every_form_of_two_places_is_read(tmp_path, name):
 
 def test_places_left_out_and_headings_in_degrees_are_told(tmp_path):
     told = read(tmp_path, "others.yaml", NAMED["others.yaml"]).told
-    assert told == (f"{tmp_path}/others.yaml: takes 2 places of waypoints, not 1 others",)
+    assert told == (f"{tmp_path}/others.yaml: takes 2 of 3 places, those of waypoints",)
+    told = read(tmp_path, "order.yaml", NAMED["order.yaml"]).told
+    assert told == (f"{tmp_path}/order.yaml: takes 2 of 3 places, those that order lists",)
     told = read(tmp_path, "half_turns.csv", UNNAMED["half_turns.csv"]).told
     assert told == (f"{tmp_path}/half_turns.csv: headings of up to 90 are taken as degrees",)
 
@@ -126,7 +130,10 @@ REFUSED = {
     "far.yaml": ("goals: [[4e5, 5e6]]", "far.yaml: goals[0]: x 400000, y 5000000; expected m"),
     "flat.yaml": ("goals: [1, 2, 3, 4]", "flat.yaml: goals: a list of 4 numbers; expected a list"),
     "arm.yaml": ("A: [0, 0, 1, 0, 1, 0, 0]\nB: [0, 0, 1, 0, 1, 0, 0]", "arm.yaml: A: a quaternion"),
-    "odom.yaml": ("frame_id: odom\ngoals: [[1, 2]]", "odom.yaml: frame odom; expected places in"),
+    "odom.yaml": (
+        "goals_frame: odom\ngoals: [[1, 2]]",
+        "odom.yaml: frame odom; expected places in",
+    ),
     "map.yaml": (
         "image: a.pgm\norigin: [0, 0, 0]",
         "map.yaml: is a map file; expected a file",

@@ -51,7 +51,7 @@ def test_the_first_way_begins_at_the_start_of_file_or_command_line(tmp_path, tex
 
 
 def test_places_without_headings_face_the_way_and_the_same_place_twice_is_one(tmp_path):
-    with pytest.warns(InputWarning, match="no place with a heading"):
+    with pytest.warns(InputWarning, match="no place has a heading"):
         first, second = tasks(tmp_path, "0 0\n4 0\n4 0\n4 -2\n", name="path.txt")
     assert (first.start, first.goal) == ((0.0, 0.0, 0.0), (4.0, 0.0, 0.0))
     assert (second.start, second.goal) == ((4.0, 0.0, 0.0), (4.0, -2.0, -math.pi / 2.0))
@@ -72,7 +72,7 @@ def test_a_place_where_the_robot_cannot_stand_is_told_and_left_out(tmp_path):
 
 def test_a_start_without_a_heading_is_free_for_a_long_robot(tmp_path):
     """It comes to (-0.95, 0) facing the wall, and departs in a heading in which it has room."""
-    with pytest.warns(InputWarning, match="no place with a heading"):
+    with pytest.warns(InputWarning, match="no place has a heading"):
         found = tasks(tmp_path, "2 0\n-0.95 0\n2 -1\n", robots=(LONG,), name="path.txt")
     for task in found:
         check_task(task, LONG)
@@ -80,7 +80,7 @@ def test_a_start_without_a_heading_is_free_for_a_long_robot(tmp_path):
 
 def test_each_edge_of_a_graph_is_a_task(tmp_path):
     text = "{nodes: [{id: a, x: 0, y: 0}, {id: b, x: 4, y: 0}], edges: [[b, a], [a, b]]}"
-    with pytest.warns(InputWarning, match="no place with a heading"):
+    with pytest.warns(InputWarning, match="no place has a heading"):
         found = tasks(tmp_path, text)
     assert [task.description[11:] for task in found] == ["from b to a", "from a to b"]
     assert found[0].start == (4.0, 0.0, math.pi)
