@@ -11,7 +11,7 @@ from drake_navbench.campaign.campaign import DEFAULT_TRIALS, Campaign, plan_camp
 from drake_navbench.campaign.driving import run_campaign
 from drake_navbench.campaign.manifest import begin
 from drake_navbench.campaign.request import Request
-from drake_navbench.campaign.request_arguments import listed_controllers
+from drake_navbench.campaign.request_arguments import asked_goals, listed_controllers
 from drake_navbench.campaign.run_console import undriven_line
 from drake_navbench.campaign.run_results import Results
 from drake_navbench.campaign.sweep import swept_points
@@ -29,13 +29,13 @@ class NavigationFiles(TypedDict, total=False):
     """Files of a navigation stack for `run_benchmark`.
 
     nav2, against: whole Nav2 files, each with columns of its own. map, goals: a map, and the number
-    of tasks that are drawn on it.
+    of tasks that are drawn on it, or a file of places.
     """
 
     nav2: str | Path
     against: str | Path | Sequence[str | Path]
     map: str | Path
-    goals: int
+    goals: int | str | Path
 
 
 def run_benchmark(
@@ -122,7 +122,7 @@ def _asked_of_files(files: NavigationFiles) -> dict[str, Any]:
     return {
         "nav2_files": [str(files["nav2"])] if "nav2" in files else [],
         "against": list(map(str, _as_list(files.get("against", ())))),
-        "map_task": {"map": str(files["map"]), "goals": files.get("goals")}
+        "map_task": {"map": str(files["map"]), **asked_goals(files.get("goals"))}
         if "map" in files
         else None,
     }

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 
 from drake_navbench.errors import InputError, printable
 from drake_navbench.inputs.package_files import (
+    GOALS,
     MAP,
     NAV2,
     ROBOT,
@@ -41,6 +42,8 @@ def with_package(
         taken[WORLD] = None
     if has_place or (taken[WORLD] is not None and MAP not in picks):
         taken[MAP] = None
+    if arguments.goal is not None or arguments.goals is not None:
+        taken[GOALS] = None
     left_out: list[str] = []
     nav2 = taken[NAV2]
     if nav2 is not None and NAV2 not in picks:
@@ -52,7 +55,8 @@ def with_package(
         worlds = [first, *(world for world in found.files[WORLD] if world != first)]
         taken[WORLD], unread = readable_world(worlds, found.roots)
         left_out += unread
-    values = vars(arguments) | found.options(taken, nav2="nav2")
+    goals = arguments.goals or taken[GOALS]
+    values = vars(arguments) | {"goals": goals} | found.options(taken, nav2="nav2")
     values["packages"] = [*arguments.packages, *arguments.package]
     own = [] if taken[NAV2] is None else values["nav2"]
     values["found_nav2"] = dict.fromkeys(own, len(found.files[NAV2]))
@@ -63,10 +67,10 @@ def with_package(
     if taken[MAP] is None and taken[WORLD] is None and not has_place:
         values["scenarios"] = [ELSEWHERE]
         lines.append(f"neither map nor world: drives in the built-in scenario {ELSEWHERE}")
-        if arguments.goals is not None:
+        if goals is not None:
             values["goals"] = None
             lines.append(f"--goals is not used: {ELSEWHERE} has its own start and goal")
-    has_task = arguments.goal is not None or arguments.goals is not None
+    has_task = arguments.goal is not None or goals is not None
     if not has_task and (taken[MAP] is not None or taken[WORLD] is not None):
         values["goals"] = DEFAULT_GOALS
     return argparse.Namespace(**values), [printable(line) for line in lines]

@@ -41,6 +41,7 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel
 if TYPE_CHECKING:
     from drake_navbench.campaign.campaign import Campaign
     from drake_navbench.inputs.described_robot import DescribedRobot
+    from drake_navbench.inputs.goal_file import GoalFile
 
 # The most trials of a scenario and controller.
 MAX_TRIALS = 100_000
@@ -52,7 +53,8 @@ class MapTask(FrozenModel):
     """A start and a goal, x m, y m, yaw rad each, or `goals` of them, on a map or in worlds.
 
     map: a map file; with worlds, the robot's map of them. worlds: files of Gazebo. With `goals`
-    each task has a drawn goal, and, if no start is given, a drawn start.
+    each task has a drawn goal, and, if no start is given, a drawn start. goal_file: a file of
+    places, between which the tasks lead.
     """
 
     map: str | None = None
@@ -60,6 +62,7 @@ class MapTask(FrozenModel):
     start: Pose | None = None
     goal: Pose | None = None
     goals: int | None = Field(None, ge=1, le=MAX_GOALS)
+    goal_file: str | None = None
 
 
 class BarnTask(FrozenModel):
@@ -279,6 +282,7 @@ class Request(FrozenModel):
         if not task.worlds:
             return []
         from drake_navbench.inputs.gazebo_world import load_gazebo_world, scenario_in_world
+        from drake_navbench.inputs.goal_tasks import given_world_tasks
         from drake_navbench.inputs.world_on_map import warn_of_other_world
         from drake_navbench.trial.goal_sampling import sample_world_tasks
 
@@ -286,18 +290,26 @@ class Request(FrozenModel):
         top_m = body_top_m(robot) if described is None else described.height_m
         scenarios: list[Scenario] = []
         known = None if task.map is None else Path(task.map)
+        given = _goal_file(task)
+        around = [pose for pose in (task.start, task.goal) if pose is not None]
+        around += [] if given is None else [place.pose.standing for place in given.places]
         for name in task.worlds:
             world = load_gazebo_world(
                 Path(name),
                 lidar_m=robot.lidar.height_m,
                 top_m=top_m,
-                around=[pose for pose in (task.start, task.goal) if pose is not None],
+                around=around,
                 folders=self._folders,
             )
             if known is not None:
                 warn_of_other_world(world, known)
             if task.start is not None and task.goal is not None:
                 scenarios.append(scenario_in_world(world, task.start, task.goal, map_file=known))
+            elif given is not None:
+                robots = [robot, *further]
+                scenarios += given_world_tasks(
+                    given, world, robots, start=task.start, map_file=known
+                )
             else:
                 count = task.goals or 1
                 scenarios += sample_world_tasks(
@@ -317,11 +329,24 @@ class Request(FrozenModel):
         path = Path(file)
         if task.start is not None and task.goal is not None:
             return [scenario_on_map(path, task.start, task.goal)]
+        given = _goal_file(task)
+        if given is not None:
+            from drake_navbench.inputs.goal_tasks import given_tasks
+
+            return given_tasks(given, path, [robot, *further], start=task.start)
         from drake_navbench.trial.goal_sampling import sample_tasks
 
         return sample_tasks(
             path, robot, task.goals or 1, seed=self.seed, start=task.start, beside=further
         )
+
+
+def _goal_file(task: MapTask) -> GoalFile | None:
+    if task.goal_file is None:
+        return None
+    from drake_navbench.inputs.goal_file import read_goal_file
+
+    return read_goal_file(Path(task.goal_file))
 
 
 def _overrides(scenario: Scenario) -> list[CheckRow]:

@@ -135,7 +135,7 @@ def _map_task(arguments: argparse.Namespace, worlds: Sequence[str]) -> dict[str,
     if not any(given.values()) and not worlds:
         return None
     if given["--goal"] and given["--goals"]:
-        raise InputError("--goals: draws the goals; expected no --goal beside it")
+        raise InputError("--goals: gives the goals; expected no --goal beside it")
     others = [name for name in arguments.scenarios if name not in worlds]
     if others and not worlds and not given["--map"]:
         option = next(name for name, is_given in given.items() if is_given)
@@ -154,8 +154,15 @@ def _map_task(arguments: argparse.Namespace, worlds: Sequence[str]) -> dict[str,
         "worlds": list(worlds),
         "start": arguments.start,
         "goal": arguments.goal,
-        "goals": arguments.goals,
+        **asked_goals(arguments.goals),
     }
+
+
+def asked_goals(goals: int | Path | str | None) -> dict[str, object]:
+    """Returns the fields of `--goals`: a number of tasks to draw, or a file of places."""
+    if goals is None or isinstance(goals, int):
+        return {"goals": goals}
+    return {"goal_file": str(goals)}
 
 
 def _barn_task(arguments: argparse.Namespace) -> dict[str, object] | None:

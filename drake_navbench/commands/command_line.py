@@ -8,11 +8,13 @@ from __future__ import annotations
 import argparse
 import math
 import os
+import re
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import takewhile
+from pathlib import Path
 from typing import Any, NoReturn
 
 from drake_navbench.errors import (
@@ -236,6 +238,17 @@ def whole_number(text: str, *, least: int = 0) -> int:
 def positive_number(text: str) -> int:
     """Returns an argument that counts something; raises ArgumentTypeError unless 1 or more."""
     return whole_number(text, least=1)
+
+
+def number_or_file(text: str) -> int | Path:
+    """Returns an argument that counts something, or that names a file; raises ArgumentTypeError."""
+    if re.fullmatch(r"[-+]?[\d.]+", text):
+        return positive_number(text)
+    if Path(text).suffix or Path(text).exists():
+        return Path(text)
+    raise argparse.ArgumentTypeError(
+        f"got {text!r}, expected a whole number of at least 1, or a file of places"
+    )
 
 
 def number(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drake_navbench.commands.command_line import (
@@ -72,7 +73,7 @@ def _look_at_files(arguments: argparse.Namespace) -> int:
         _measure_board(arguments)
         return EXIT_DONE
     if (arguments.map is None) != (not arguments.goals):
-        raise InputError("--map: expected --goals N with it, and --goals only with --map")
+        raise InputError("--map: expected --goals with it, and --goals only with --map")
     if not arguments.read_only and arguments.out is None:
         raise InputError("--out: missing; expected a folder for page, patch and journal, "
                          "or --read-only")  # fmt: skip
@@ -101,11 +102,15 @@ def _with_package(arguments: argparse.Namespace) -> argparse.Namespace:
 
 
 def _require_readable_files(arguments: argparse.Namespace) -> None:
-    """Raises InputError where the map or the board's file is wrong, before anything long begins."""
+    """Raises InputError where map, goals or board's file is wrong, before anything long begins."""
     if arguments.map is not None:
         from drake_navbench.studies.doctor.surroundings import load_map
 
         load_map(arguments.map)
+    if isinstance(arguments.goals, Path):
+        from drake_navbench.inputs.goal_file import read_goal_file
+
+        read_goal_file(arguments.goals)
     if arguments.board is not None:
         from drake_navbench.studies.doctor.board import read_times
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from drake_navbench.commands.command_line import (
     CommandParser,
     Options,
+    number_or_file,
     positive_number,
     whole_number,
 )
@@ -96,7 +97,7 @@ def _add_file(parser: argparse.ArgumentParser) -> None:
     )
     option(
         "--pick KIND=N ...",
-        "use another robot, nav2 or map of the list that --package prints, or none",
+        "use another robot, nav2 or map of the list that --package prints, or none, or its goals",
     )
     option("--controller NAME", "controller of the file to examine (the first one)")
     option("--symptom CLASS", "class of the symptom, or your own words for it")
@@ -148,7 +149,12 @@ def _add_robot(parser: argparse.ArgumentParser) -> None:
     """Adds the options that tell about the robot and its surroundings."""
     option = Options(parser.add_argument_group("the robot and its place"))
     option("--map FILE", "your map; --goals tasks on it are probes, too", Path)
-    option("--goals N", "tasks to draw on the map", positive_number, 0)
+    option(
+        "--goals N|FILE",
+        "tasks to draw on the map, or a file of places between which the tasks lead",
+        number_or_file,
+        0,
+    )
     option(
         "--bag BAG",
         "a recording of the robot: it is looked at for symptoms, and the base is fitted to it",

@@ -20,6 +20,7 @@ from drake_navbench.commands.command_line import (
     exit_status_of,
     listed_names,
     number,
+    number_or_file,
     positive_number,
     whole_number,
 )
@@ -96,7 +97,8 @@ def add_what_drives(parser: argparse.ArgumentParser, *, has_defaults: bool = Tru
     )
     option(
         "--pick KIND=N ...",
-        "use number N, or none, of the list that --package prints; KIND: robot, nav2, map, world",
+        "use number N, or none, of the list that --package prints; KIND: robot, nav2, map, world, "
+        "goals",
     )
     option(
         "--packages DIR ...",
@@ -146,9 +148,10 @@ def add_where(parser: argparse.ArgumentParser, *, has_defaults: bool = True) -> 
     for name in ("start", "goal"):
         option(f"--{name} X Y YAW", f"{name} pose on the map or in the world, m, m, rad", float)
     option(
-        "--goals N",
-        "draw N tasks on the map or in the world: a goal each, and a start unless --start is given",
-        positive_number,
+        "--goals N|FILE",
+        "draw N tasks on the map or in the world: a goal each, and a start unless --start is "
+        "given; or drive from place to place of a file of waypoints, goals or a route graph",
+        number_or_file,
     )
     option("--barn DIR", "folder of BARN worlds: world_N.world and path_files/", Path)
     option("--worlds LIST", "numbers of the BARN worlds, such as 3,10-20,100-299:50 (all)")

@@ -14,8 +14,8 @@ from drake_navbench.inputs.launch_files import LaunchFiles
 from drake_navbench.typed_files.assignments import assignments
 
 # The names of the kinds on the command line.
-ROBOT, NAV2, MAP, WORLD = "robot", "nav2", "map", "world"
-KINDS = (ROBOT, NAV2, MAP, WORLD)
+ROBOT, NAV2, MAP, WORLD, GOALS = "robot", "nav2", "map", "world", "goals"
+KINDS = (ROBOT, NAV2, MAP, WORLD, GOALS)
 MAX_LISTED = 12
 MAX_NAMED = 3
 # Names of files that tell nothing of which robot it is.
@@ -53,9 +53,12 @@ class PackageFiles:
     def chosen(self, kind: str, pick: int | None) -> Path | None:
         """Returns a kind's file by its number in the list, counted from 1; None without one.
 
-        pick: the number, 0 for none, None for the first. Raises InputError for a number too large.
+        pick: the number, 0 for none, None for the first, but for no goals. Raises InputError for a
+        number too large.
         """
         found = self.files[kind]
+        if pick is None and kind == GOALS:
+            return None
         if pick is None:
             return found[0] if found else None
         if pick == 0:
@@ -188,10 +191,13 @@ class PackageFiles:
         told = []
         for kind in picked:
             found = self.files[kind]
+            if not found and kind == GOALS:
+                continue
             if not found:
                 told.append(f"{kind}: none found{self._instead(kind)}")
                 continue
             how = f", another by --pick {kind}=N" if len(found) > 1 else ""
+            how = f", used by --pick {kind}=N" if kind == GOALS else how
             told.append(f"{kind}: {len(found)} found{how}")
             for number, file in enumerate(found, start=1):
                 mark = "*" if file == picked[kind] else " "

@@ -22,9 +22,11 @@ from drake_navbench.inputs.descriptions.model_source import MODEL_SUFFIXES, read
 from drake_navbench.inputs.descriptions.ros_packages import PACKAGE_FILE, files_below
 from drake_navbench.inputs.descriptions.world import is_world, read_world
 from drake_navbench.inputs.descriptions.xacro_macro import lacking, robot_macro
+from drake_navbench.inputs.goal_file import could_be_goals, read_goal_file
 from drake_navbench.inputs.launch_files import LaunchFiles, read_launch_files
 from drake_navbench.inputs.move_base import is_of_move_base
 from drake_navbench.inputs.package_files import (
+    GOALS,
     MAP,
     NAV2,
     NODES,
@@ -102,6 +104,7 @@ def find_package_files(roots: Sequence[Path]) -> PackageFiles:
         ROBOT: ranked(robots.__contains__, lambda f: _robot_rank(f, words, launches, repeated)),
         MAP: ranked(maps.__contains__, lambda f: (is_mask(f), f not in launched)),
         WORLD: ranked(worlds.__contains__, lambda f: (_is_empty(f), f not in launched)),
+        GOALS: ranked(_is_goal_file, lambda f: (f not in launched,)),
     }
     places = (*found[MAP], *found[WORLD])
 
@@ -339,6 +342,16 @@ def _is_map(file: Path, *, has_picture: bool = True) -> bool:
     found = next((place for place in places if place.is_file()), None)
     is_there = found is not None and read_head(found, len(LFS_POINTER)) != LFS_POINTER
     return has_picture == is_there
+
+
+def _is_goal_file(file: Path) -> bool:
+    """Tells whether a file is named like one of goals, and has at least two places."""
+    if not could_be_goals(file):
+        return False
+    try:
+        return len(read_goal_file(file).places) > 1
+    except InputError:
+        return False
 
 
 def _is_gazebo_world(file: Path) -> bool:

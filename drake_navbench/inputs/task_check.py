@@ -22,6 +22,7 @@ from drake_navbench.kernels.poses import place_outline
 from drake_navbench.kernels.rasterize import MASK_FULL
 from drake_navbench.navigation.costmaps.map_file import UNKNOWN
 from drake_navbench.navigation.costmaps.observation_layers import SensingParameters
+from drake_navbench.typed_files.quantities import Pose
 
 
 def check_task(scenario: Scenario, robot: Robot) -> None:
@@ -61,6 +62,16 @@ def _check_place(name: str, place: Place, robot: Robot) -> None:
                 f"scenario {name}: {field}: {list(goal[:2])} lies {where}{place.named}; "
                 "expected free space"
             )
+
+
+def why_no_place(scenario: FloorScenario, robot: Robot, pose: Pose) -> str:
+    """Returns the reason why a robot cannot both start at a pose and be sent there, or ''."""
+    reason = _why_no_goal(scenario, robot, np.array(pose[:2]))
+    if reason:
+        return reason
+    if scenario.true_world.intersects(shapely.Polygon(place_outline(robot.outline, pose))):
+        return "where the robot's footprint overlaps an obstacle"
+    return ""
 
 
 def _check_conditions(scenario: Scenario, robot: Robot) -> None:

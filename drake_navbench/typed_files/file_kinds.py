@@ -19,8 +19,9 @@ SIGNS: Final[Mapping[str, frozenset[str]]] = {
     ROBOT: frozenset({"drive", "lidar", "footprint", "like", "robot_radius", "navigation"}),
     PRESET: frozenset({"controller", "parameters"}),
     MAP: frozenset({"image", "occupied_thresh"}),
-    "a list of waypoints, which no option reads": frozenset({"waypoints", "goals", "poses"}),
-    "a GeoJSON file, which no option reads": frozenset({"features"}),
+    "a file of goals, for --goals beside a map": frozenset(
+        {"waypoints", "goals", "poses", "features"}
+    ),
 }
 NAV2_SIGN = "ros__parameters"
 

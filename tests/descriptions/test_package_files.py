@@ -121,6 +121,30 @@ def test_a_number_picks_another_and_none_nothing(repository):
         filled("--package", str(repository), "--pick", "world=2", "--pick", "world=1")
 
 
+def test_goals_are_listed_and_taken_only_if_they_are_picked(repository, capsys):
+    folder = repository / "cart_nav" / "config"
+    for name in ("waypoints.yaml", "goals.csv", "gps_waypoints.yaml"):
+        (folder / name).write_text("lat: 1\nlon: 2" if "gps" in name else "0 0 0\n1 0 0")
+    (folder / "waypoints.yaml").write_text("waypoints: [[0, 0, 0], [2, 0, 0]]")
+    arguments, lines = filled("--package", str(repository))
+    assert arguments.goals == 5
+    assert lines[-3:] == [
+        "goals: 2 found, used by --pick goals=N",
+        "     1 cart_nav/config/goals.csv",
+        "     2 cart_nav/config/waypoints.yaml",
+    ]
+    arguments, lines = filled("--package", str(repository), "--pick", "goals=2")
+    assert arguments.goals == folder / "waypoints.yaml"
+    assert "  *  2 cart_nav/config/waypoints.yaml" in lines
+    arguments, _ = filled("--package", str(repository), "--pick", "goals=2", "--goals", "3")
+    assert arguments.goals == 3
+    asked = ["--package", str(repository), "--pick", "goals=1"]
+    assert doctor([*asked, "--out", str(repository / "out")]) == 2
+    assert "no map; expected one for --goals" in capsys.readouterr().err
+    assert doctor([*asked, "--read-only"]) == 2
+    assert capsys.readouterr().err.startswith("--pick goals: is of no use with --read-only")
+
+
 def test_what_the_command_line_names_itself_counts_more(repository):
     arguments, _ = filled(
         "--package", str(repository), "--robot", "jackal", "--controllers", "rpp", "doorway"

@@ -63,17 +63,16 @@ def test_a_scenario_given_as_a_robot_is_called_one():
 
 
 @pytest.mark.parametrize(
-    ("text", "kind"),
+    "text",
     [
-        ("waypoints: {kitchen: [-3.2, 0.2], home: [3.4, 2.8]}", "a list of waypoints"),
-        ("goals_frame: map\ngoals: [{x: 1.0, y: 0.5}]", "a list of waypoints"),
-        ('{"type": "FeatureCollection", "name": "g", "features": []}', "a GeoJSON file"),
+        "waypoints: {kitchen: [-3.2, 0.2], home: [3.4, 2.8]}",
+        '{"type": "FeatureCollection", "name": "g", "features": []}',
     ],
 )
-def test_waypoints_and_graphs_are_told_to_be_read_nowhere(tmp_path, text, kind):
+def test_waypoints_and_graphs_are_told_to_be_those_of_goals(tmp_path, text):
     path = tmp_path / "config.yaml"
     path.write_text(text)
-    is_one = f"{path}: is {kind}, which no option reads; expected"
+    is_one = f"{path}: is a file of goals, for --goals beside a map; expected"
     assert refusal(load_scenario, str(path)) == f"{is_one} a scenario file"
     assert refusal(load_map, path) == f"{is_one} a map file"
 

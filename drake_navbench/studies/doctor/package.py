@@ -6,6 +6,7 @@ import argparse
 
 from drake_navbench.errors import InputError, printable
 from drake_navbench.inputs.package_files import (
+    GOALS,
     MAP,
     NAV2,
     ROBOT,
@@ -24,22 +25,27 @@ def with_package(arguments: argparse.Namespace) -> tuple[argparse.Namespace, lis
     root = arguments.package
     if WORLD in read_picks(arguments.pick):
         raise InputError("--pick world: is of no use here; the doctor drives in its probes")
+    if arguments.read_only and GOALS in read_picks(arguments.pick):
+        raise InputError("--pick goals: is of no use with --read-only, which drives nothing")
     found = find_package_files([root])
     taken = found.picked(arguments.pick)
     del taken[WORLD]
+    if arguments.goals:
+        taken[GOALS] = None
     if arguments.robot is not None:
         taken[ROBOT] = None
     if arguments.files:
         taken[NAV2] = None
-    if arguments.map is not None or not arguments.goals:
+    goals = arguments.goals or taken[GOALS] or 0
+    if arguments.map is not None or not goals:
         taken[MAP] = None
-    values = vars(arguments) | found.options(taken, nav2="files")
+    values = vars(arguments) | {"goals": goals} | found.options(taken, nav2="files")
     values["packages"] = [*arguments.packages, root]
     if taken[NAV2] is not None:
         values["found_nav2"] = dict.fromkeys(values["files"], len(found.files[NAV2]))
     found.require_robot(values["robot"], default=None)
     if not values["files"]:
         raise InputError(f"--package {root}: no Nav2 file; expected one, or FILE")
-    if arguments.goals and values["map"] is None:
+    if goals and values["map"] is None:
         raise InputError(f"--package {root}: no map; expected one for --goals, or --map")
     return argparse.Namespace(**values), [printable(line) for line in found.lines(taken)]

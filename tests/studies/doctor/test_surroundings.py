@@ -67,6 +67,11 @@ def test_tasks_on_the_users_map_are_probes_with_noise_and_a_varied_start(map_fil
     assert set(MAKERS) - {"slow_zone"} <= set(probes)
     again = probes_for(robot, 0.3, Surroundings(map_file, 3, base), seed=5)
     assert again["map_2"].goal == probes["map_2"].goal
+    places = map_file.with_name("goals.csv")
+    places.write_text("dock,1,1,0\nbed,4,1,0\ndoor,4,3,1.5\n")
+    probes = probes_for(robot, 0.3, Surroundings(map_file, places, base), seed=5)
+    assert probes["map_2"].description == "room.yaml: from bed to door"
+    assert (probes["map_2"].goal, "map_3" in probes) == ((4.0, 3.0, 1.5), False)
 
 
 @pytest.mark.parametrize(("option", "value"), [("--map", "room.yaml"), ("--goals", "3")])
@@ -74,7 +79,7 @@ def test_a_map_goes_with_goals(tmp_path, capsys, option, value):
     path = tmp_path / "nav2.yaml"
     path.write_text(nav2_text(RPP_BLOCK, plugin=RPP))
     assert main([str(path), "--out", str(tmp_path / "out"), option, value]) == 2
-    assert "--map: expected --goals N with it" in capsys.readouterr().err
+    assert "--map: expected --goals with it" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

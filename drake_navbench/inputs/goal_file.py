@@ -1,0 +1,345 @@
+"""Files of places to which a robot is sent: waypoints, goals, poses, a route graph.
+
+Users and their programs write such files in many forms; `goal_poses.py` has those of one place. A
+file's places are those under a name such as `waypoints` or `goals`, else all of the file, in order.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.goal_graph import (
+    EDGES,
+    Place,
+    edges_between,
+    geojson_graph,
+    neighbours_in,
+    require_map_frame,
+    rmf_graph,
+)
+from drake_navbench.inputs.goal_poses import (
+    ORIENTATIONS,
+    POSES,
+    POSITIONS,
+    FoundPose,
+    below,
+    ends_in_quaternion,
+    is_numbers,
+    pose_of,
+    pose_of_numbers,
+)
+from drake_navbench.inputs.goal_table import places_in_table
+from drake_navbench.typed_files.file_kinds import MAP, PRESET, ROBOT, SCENARIO, SIGNS
+from drake_navbench.typed_files.input_file import read_input_text
+from drake_navbench.typed_files.typed_yaml import MAX_FILE_BYTES, read_text, yaml_fault
+from drake_navbench.typed_files.yaml_loader import load_yaml
+
+TABLES, JSONS = (".csv", ".tsv", ".txt"), (".json", ".geojson")
+# Names of a file's places: those that leave no doubt come before others.
+NAMES = (
+    re.compile(r"(?:way_?points?|goals?|goal_?poses|poses|patrol_?points|nodes)(?:_list)?$"),
+    re.compile(r"(?:locations|places|points|stations|targets|route|path|destinations|positions|"
+               r"checkpoints|stops|landmarks|wps?)$"),
+)  # fmt: skip
+PARAMETERS = "ros__parameters"
+FRAMES = re.compile(r"(?:^|_)frame(?:_?id)?$")
+STARTS = ("start", "start_pose", "initial_pose", "init_pose", "initialpose")
+OWN_NAMES = ("name", "id", "label", "location_name", "idx")
+# More than a turn: headings in degrees, rad.
+MOST_RAD = 2.0 * math.pi + 0.1
+# Names of files, and of folders of Open-RMF's graphs, that may hold goals, and the most bytes.
+FILE_NAMES = re.compile(
+    r"way_?points?|goals?|poses|locations|places|stations|patrol|route|nav_graph|mission|graph"
+)
+MOST_BYTES = 2**20
+EXPECTED = (
+    "expected mappings with x and y, or lists [x, y, yaw], under a name such as waypoints or goals"
+)
+
+
+class GoalFile(NamedTuple):
+    """The places of a file.
+
+    edges: of a route graph, pairs of indices of places (from, to); None where the robot drives from
+    place to place in order. start: the pose that the file calls the start. told: remarks.
+    """
+
+    path: Path
+    places: tuple[Place, ...]
+    edges: tuple[tuple[int, int], ...] | None = None
+    start: FoundPose | None = None
+    told: tuple[str, ...] = ()
+
+
+def read_goal_file(path: Path) -> GoalFile:
+    """Returns the places of a file; raises InputError, one line, where it has none."""
+    if path.suffix.lower() in TABLES:
+        text = read_input_text(path, max_bytes=MAX_FILE_BYTES)
+        found = GoalFile(path, tuple(places_in_table(text, path)))
+    else:
+        data = _loaded(path)
+        found = _graph_in(data, path) or _list_in(data, path)
+    if not found.places:
+        raise InputError(f"{path}: has no places; {EXPECTED}")
+    return _in_radians(found)
+
+
+def could_be_goals(path: Path) -> bool:
+    """Tells whether a file's name and size are those of a file of places."""
+    suffix = path.suffix.lower()
+    if suffix not in (*TABLES[:1], *JSONS, ".yaml", ".yml"):
+        return False
+    name = f"{path.parent.name}/" * (path.parent.name == "nav_graphs") + path.stem
+    return FILE_NAMES.search(name.lower()) is not None and path.stat().st_size <= MOST_BYTES
+
+
+def _loaded(path: Path) -> Any:
+    if path.suffix.lower() in JSONS:
+        text = read_input_text(path, max_bytes=MAX_FILE_BYTES)
+        try:
+            return json.loads(text)
+        except json.JSONDecodeError as error:
+            raise InputError(f"{path}, line {error.lineno}: is no JSON: {error.msg}") from error
+        except (RecursionError, ValueError) as error:
+            raise InputError(f"{path}: is no JSON: {type(error).__name__}") from error
+    text = read_text(path)
+    try:
+        data = load_yaml(text)
+    except yaml.YAMLError as error:
+        raise yaml_fault(error, str(path), text) from error
+    for kind in (MAP, SCENARIO, ROBOT, PRESET):
+        if isinstance(data, Mapping) and SIGNS[kind] & data.keys():
+            raise InputError(f"{path}: is {kind}; expected a file of goals")
+    return data
+
+
+def _graph_in(data: Any, path: Path) -> GoalFile | None:
+    """Returns the graph of a GeoJSON or Open-RMF file; None for any other."""
+    if not isinstance(data, Mapping):
+        return None
+    if isinstance(data.get("features"), list):
+        graph = geojson_graph(data, str(path))
+    elif isinstance(data.get("levels"), Mapping) and data["levels"]:
+        graph = rmf_graph(data, str(path))
+    else:
+        return None
+    return GoalFile(path, graph.places, graph.edges or None)
+
+
+def _list_in(data: Any, path: Path) -> GoalFile:
+    """Returns the places of a list or mapping of places, and the edges between them if it has any.
+
+    Raises InputError for places by latitude and longitude, or in another frame than the map's.
+    """
+    top = _unwrapped(data, f"{path}: ")
+    own = top if isinstance(top, Mapping) else {}
+    for key, value in own.items():
+        if FRAMES.search(str(key)):
+            require_map_frame(value, str(path))
+    start = next((_start(own[key], f"{path}: {key}") for key in STARTS if key in own), None)
+    rest = {key: value for key, value in own.items() if key not in STARTS} if own else top
+    places, told = _chosen(rest, path)
+    places, listed = _in_named_order(own, places)
+    told += [f"{path}: {line}" for line in listed]
+    edges = next((own[name] for name in EDGES if isinstance(own.get(name), list)), None)
+    where = f"{path}: {next((name for name in EDGES if name in own), 'edges')}"
+    is_graph = edges is not None or any(place.neighbours for place in places)
+    pairs = edges_between(places, edges, where) if is_graph else ()
+    return GoalFile(path, tuple(places), pairs or None, start, tuple(told))
+
+
+def _unwrapped(data: Any, where: str) -> Any:
+    """Returns the mapping or list within ros__parameters, a node's name and the like."""
+    while isinstance(data, Mapping):
+        inner = data.get(PARAMETERS)
+        if inner is None and len(data) == 1:
+            key, inner = next(iter(data.items()))
+            if any(names.search(str(key).lower()) for names in NAMES):
+                return data
+        if not isinstance(inner, Mapping) or pose_of(inner, where) is not None:
+            return data
+        data = inner
+    return data
+
+
+def _start(value: Any, where: str) -> FoundPose | None:
+    if is_numbers(value):
+        return pose_of_numbers(value, where, has_quaternions=ends_in_quaternion(value))
+    return pose_of(value, where)
+
+
+def _chosen(top: Any, path: Path) -> tuple[list[Place], list[str]]:
+    """Returns the places under the names that leave least doubt, else all, and remarks."""
+    if isinstance(top, Mapping):
+        for names in NAMES:
+            scopes = {k: v for k, v in top.items() if _is_called(names, k, v)}
+            places = [p for k, v in scopes.items() for p in _places_in(v, path, str(k))]
+            if places:
+                others = {k: v for k, v in top.items() if k not in scopes}
+                left = len(list(_mappings(others, f"{path}: ", "")))
+                told = _taken(len(places), len(places) + left, f"of {', '.join(map(str, scopes))}")
+                return places, [f"{path}: {told}"] if left else []
+    return _places_in(top, path, ""), []
+
+
+def _is_called(names: re.Pattern[str], key: Any, value: Any) -> bool:
+    """Tells whether a key is such a name, and not that of a node with its parameters."""
+    is_node = isinstance(value, Mapping) and PARAMETERS in value
+    return names.search(str(key).lower()) is not None and not is_node
+
+
+def _places_in(value: Any, path: Path, name: str) -> list[Place]:
+    """Returns the places in a value: mappings with x and y or, without any, lists of numbers."""
+    where = f"{path}: {name}" if name else f"{path}: "
+    if is_numbers(value):
+        raise InputError(f"{where}: a list of {len(value)} numbers; expected a list for each place")
+    return list(_mappings(value, where, "")) or _plain(value, where, "")
+
+
+def _mappings(value: Any, where: str, label: str) -> Iterator[Place]:
+    """Yields the mappings, and pairs of lists, that are poses, in order, with their names.
+
+    where: the value's place in errors. label: its name so far.
+    """
+    if isinstance(value, Mapping):
+        key_name, label = label, _own_name(value) or label
+        header = value.get("header", value)
+        if isinstance(header, Mapping):
+            require_map_frame(header.get("frame_id", ""), where)
+        inner = {k: v for k, v in value.items() if k not in ORIENTATIONS}
+        several = [
+            key
+            for key, one in inner.items()
+            if isinstance(one, Mapping) and pose_of(one, below(where, key)) is not None
+        ]
+        pose = pose_of(value, where) if len(several) < 2 else None
+        if pose is not None:
+            inside = next((_own_name(value[key]) for key in POSES if key in value), "")
+            name = _own_name(value) or inside or label or where.rpartition(": ")[2]
+            yield Place(name, pose, neighbours_in(value), key_name)
+            return
+        for key, one in inner.items():
+            is_wrapper = str(key).lower() in (*POSES, *POSITIONS) and len(several) < 2
+            is_wrapper |= key == PARAMETERS
+            own = label if is_wrapper else f"{label}.{key}".lstrip(".")
+            yield from _mappings(one, below(where, key), own)
+    elif isinstance(value, list):
+        for index, one in enumerate(value):
+            pose = pose_of(one, where) if isinstance(one, list) else None
+            here = f"{where}[{index}]"
+            if pose is not None:
+                yield Place(here.rpartition(": ")[2], pose)
+            else:
+                is_named = not label or _only_key(one)
+                yield from _mappings(one, here, "" if is_named else f"{label}[{index}]")
+
+
+def _own_name(value: Any) -> str:
+    """Returns the name that a mapping gives itself; '' for none."""
+    given = [value.get(key) for key in OWN_NAMES] if isinstance(value, Mapping) else []
+    return next((str(one) for one in given if type(one) in (str, int) and one != ""), "")
+
+
+def _only_key(value: Any) -> str:
+    """Returns the only key of a mapping, which names its place; '' for any other value."""
+    return str(next(iter(value))) if isinstance(value, Mapping) and len(value) == 1 else ""
+
+
+def _plain(value: Any, where: str, label: str) -> list[Place]:
+    """Returns the lists of numbers that are places: in a list, or in a mapping all alike."""
+    if isinstance(value, Mapping):
+        arrays = _from_arrays(value, where)
+        entries = [(str(key), one) for key, one in value.items()]
+        named = [(key, one) for key, one in entries if is_numbers(one)]
+        if len(named) < 2 or len({len(one) for _, one in named}) > 1:
+            named = []
+        rest = [(key, one) for key, one in entries if not is_numbers(one)]
+    elif isinstance(value, list):
+        arrays = []
+        entries = [(f"[{index}]", one) for index, one in enumerate(value)]
+        named = [(key, one) for key, one in entries if is_numbers(one)]
+        rest = [(key, one) for key, one in entries if isinstance(one, Mapping | list)]
+    else:
+        return []
+    if arrays:
+        return arrays
+    has_quaternions = all(ends_in_quaternion(one) for _, one in named)
+    found = []
+    for key, one in entries:
+        here = f"{where}{key}" if key[0] == "[" else below(where, key)
+        if (key, one) in named:
+            pose = pose_of_numbers(one, here, has_quaternions=has_quaternions)
+            name = here.rpartition(": ")[2] if key[0] == "[" else f"{label}.{key}".lstrip(".")
+            found.append(Place(name, pose))
+        elif (key, one) in rest:
+            inner = label if key[0] == "[" else f"{label}.{key}".lstrip(".")
+            found += _plain(one, here, inner)
+    return found
+
+
+def _from_arrays(value: Mapping[Any, Any], where: str) -> list[Place]:
+    """Returns the places of two lists of numbers, such as waypoints_x and waypoints_y."""
+    for key, xs in value.items():
+        begin = str(key)[:-1]
+        ys = value.get(f"{begin}y") if str(key).endswith("x") else None
+        yaws = value.get(f"{begin}yaw", value.get(f"{begin}theta"))
+        if not isinstance(xs, list) or not isinstance(ys, list) or len(xs) != len(ys):
+            continue
+        columns = [xs, ys, yaws] if isinstance(yaws, list) and len(yaws) == len(xs) else [xs, ys]
+        rows = [list(row) for row in zip(*columns, strict=True)]
+        if rows and all(map(is_numbers, rows)):
+            name = begin.rstrip("_") or "place"
+            return [
+                Place(f"{name}[{i}]", pose_of_numbers(row, where, has_quaternions=False))
+                for i, row in enumerate(rows)
+            ]
+    return []
+
+
+def _in_named_order(
+    top: Mapping[Any, Any], places: Sequence[Place]
+) -> tuple[list[Place], list[str]]:
+    """Returns places in the order of a list of their names, and a line on those it leaves out."""
+    by_name = {name: place for place in places for name in (place.key, place.name)}
+    for key, value in top.items():
+        if isinstance(value, list) and len(value) > 1 and all(isinstance(v, str) for v in value):
+            known = [by_name[name] for name in value if name in by_name]
+            if 2 * len(known) >= len(value):
+                left = len({*places} - {*known})
+                told = _taken(len(known), len(known) + left, f"that {key} lists")
+                return known, [told] if left else []
+    return [*places], []
+
+
+def _in_radians(found: GoalFile) -> GoalFile:
+    """Returns a file with its headings in rad, where some are more than a turn."""
+    told = [*found.told]
+    places, start = found.places, found.start
+    yaws = [p.pose.yaw for p in places if p.pose.yaw is not None]
+    if any(abs(yaw) > MOST_RAD for yaw in yaws):
+        told.append(f"{found.path}: headings of up to {max(map(abs, yaws)):g} are taken as degrees")
+        places = tuple(place._replace(pose=_turned(place.pose)) for place in places)
+        start = None if start is None else _turned(start)
+    if len(yaws) < len(places):
+        which = "no place has" if not yaws else f"{len(yaws)} of {len(places)} places have"
+        told.append(
+            f"{found.path}: {which} a heading; without one the robot arrives facing the way from "
+            "the place before"
+        )
+    return found._replace(places=places, start=start, told=tuple(told))
+
+
+def _turned(pose: FoundPose) -> FoundPose:
+    return pose if pose.yaw is None else pose._replace(yaw=math.radians(pose.yaw))
+
+
+def _taken(count: int, total: int, which: str) -> str:
+    return f"takes {count} of {total} places, those {which}"

@@ -1,0 +1,230 @@
+"""Poses in the many forms in which users write them: x, y and a heading from mappings and lists.
+
+A mapping has x and y, or a position and an orientation; a list has 2 numbers (x, y), 3 (x, y, yaw),
+4 (x, y, z, yaw, or x, y and z, w of a quaternion), 6 (x, y, z, roll, pitch, yaw) or 7 (x, y, z and
+a quaternion x, y, z, w, as in geometry_msgs). Lengths in m; headings in rad, but in degrees where
+their name says so.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple, TypeGuard
+
+from drake_navbench.errors import InputError
+from drake_navbench.typed_files.quantities import MAX_LENGTH_M, Pose
+from drake_navbench.typed_files.yaml_loader import DECIMAL
+
+# The beginnings of the names of a position's numbers.
+OF_POSITION = ("", "pos_", "position_", "pose_position_", "pose_", "goal_", "target_", "p")
+# Names of a quaternion's z, such as qz, orientation_z, z_orient; the other three are alike.
+OF_QUATERNION = re.compile(
+    r"((?:\w+_)?(?:q|o|ori|orient|orientation|rot|rotation|quat|quaternion)_?)z"
+    r"|z(_(?:q|ori|orient|orientation|rot|rotation|quat|quaternion))"
+)
+POSITIONS = ("position", "point", "translation", "location", "coordinates", "coords", "xy", "pos")
+ORIENTATIONS = ("orientation", "quaternion", "rotation", "quat", "orientation_rpy", "rpy")
+POSES = ("pose", "goal", "target", "waypoint", "goal_pose", "target_pose", "pose_stamped", "center")
+YAWS = ("yaw", "theta", "th", "heading", "psi", "angle", "phi", "direction", "h", "a", "rz", "rot")
+DEGREES = re.compile(r"[_\s]*[\[(]?(deg|degrees?)[\])]?$")
+UNITS = re.compile(r"(?:_(?:m|rad))?(?:\s*[\[(](?:m|met(?:er|re)s?|rad|radians?)[\])])?$")
+LATITUDES, LONGITUDES = ("latitude", "lat"), ("longitude", "lon", "lng", "long")
+LENGTHS = (2, 3, 4, 6, 7)
+# The largest x or y of a quaternion that turns about the vertical; localization has some tilt.
+MAX_TILT = 0.1
+UNIT_TOLERANCE = 0.02
+
+
+class FoundPose(NamedTuple):
+    """A place, x and y in m, and its heading in rad; None where the file has none."""
+
+    x: float
+    y: float
+    yaw: float | None = None
+
+    @property
+    def standing(self) -> Pose:
+        """The pose, at a yaw of 0 if the file has none."""
+        return self.x, self.y, self.yaw or 0.0
+
+
+def number_of(value: Any) -> float | None:
+    """Returns a number, also one in quotes; None for anything else, true and NaN among it."""
+    if isinstance(value, str) and re.fullmatch(DECIMAL, value.strip()):
+        value = float(value)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    return float(value) if math.isfinite(value) else None
+
+
+def is_numbers(value: Any) -> TypeGuard[Sequence[Any]]:
+    """Tells whether a value is a list of as many numbers as a pose may have."""
+    is_list = isinstance(value, Sequence) and not isinstance(value, str)
+    return is_list and len(value) in LENGTHS and all(number_of(one) is not None for one in value)
+
+
+def pose_of(value: Any, where: str) -> FoundPose | None:
+    """Returns the pose that a mapping, or a list of a position and an orientation, stands for.
+
+    where: the value's place in errors, file and field. Returns None for a value that is no pose.
+    Raises InputError where x or y is no number, or where the orientation is not level.
+    """
+    if isinstance(value, Mapping):
+        return _pose_of_mapping(_renamed(value), where)
+    if isinstance(value, list) and len(value) == 2 and all(map(is_numbers, value)):
+        position, turn = value
+        if len(position) in (2, 3) and len(turn) == 4:
+            x, y = (float(number_of(one) or 0.0) for one in position[:2])
+            return checked(FoundPose(x, y, _yaw_of(turn, where)), where)
+    return None
+
+
+def pose_of_numbers(numbers: Sequence[Any], where: str, *, has_quaternions: bool) -> FoundPose:
+    """Returns the pose of a plain list of 2, 3, 4, 6 or 7 numbers; raises InputError.
+
+    has_quaternions: whether the last two of 4 numbers are z and w of a quaternion.
+    """
+    x, y, *rest = (float(number_of(one) or 0.0) for one in numbers)
+    if len(rest) == 2 and has_quaternions:
+        return checked(FoundPose(x, y, _yaw_of([0.0, 0.0, *rest], where)), where)
+    if len(rest) == 5:
+        return checked(FoundPose(x, y, _yaw_of(rest[1:], where)), where)
+    return checked(FoundPose(x, y, rest[-1] if rest else None), where)
+
+
+def ends_in_quaternion(numbers: Sequence[Any]) -> bool:
+    """Tells whether the last two of four numbers are z and w of a level quaternion: length 1."""
+    z, w = (number_of(one) or 0.0 for one in numbers[-2:])
+    return len(numbers) == 4 and abs(math.hypot(z, w) - 1.0) <= UNIT_TOLERANCE
+
+
+def below(where: str, name: object) -> str:
+    """Returns the place of a field in errors; where: its mapping's, a file's one ends in ': '."""
+    return f"{where}{name}" if where.endswith(": ") else f"{where}.{name}"
+
+
+def shown(where: str) -> str:
+    """Returns a place as errors begin with it."""
+    return where.removesuffix(": ")
+
+
+def checked(pose: FoundPose, where: str) -> FoundPose:
+    """Returns a pose; raises InputError where it is farther away than any map reaches."""
+    if max(abs(pose.x), abs(pose.y)) > MAX_LENGTH_M:
+        raise InputError(
+            f"{shown(where)}: x {pose.x:.10g}, y {pose.y:.10g}; expected m in the map's frame, "
+            f"{-MAX_LENGTH_M:g} to {MAX_LENGTH_M:g}"
+        )
+    return pose
+
+
+def require_no_gps(value: Mapping[Any, Any], where: str) -> None:
+    """Raises InputError for a place by latitude and longitude."""
+    names = {str(key).lower() for key in value}
+    if not names.isdisjoint(LATITUDES) and not names.isdisjoint(LONGITUDES) and "x" not in names:
+        raise gps_fault(where)
+
+
+def gps_fault(where: str) -> InputError:
+    """Returns the fault of GPS coordinates, with the remedy."""
+    return InputError(
+        f"{shown(where)}: latitude and longitude; expected x, y in m in the map's frame: convert "
+        "them with the datum of your navsat_transform (its service fromLL)"
+    )
+
+
+def _renamed(value: Mapping[Any, Any]) -> dict[str, Any]:
+    """Returns a mapping with small names without units; x, y, Y has its yaw as `yaw`."""
+    names = {str(key).strip(): one for key, one in value.items()}
+    if {"x", "y", "Y"} <= names.keys():
+        names["yaw"] = names.pop("Y")
+    small: dict[str, Any] = {}
+    for key, one in names.items():
+        small.setdefault(UNITS.sub("", key.lower().replace(".", "_")), one)
+    return small
+
+
+def _pose_of_mapping(value: Mapping[str, Any], where: str) -> FoundPose | None:
+    require_no_gps(value, where)
+    turn = _turn_in(value, where)
+    for begin in OF_POSITION:
+        if f"{begin}x" in value and f"{begin}y" in value:
+            x, y = (_required(value, f"{begin}{axis}", where) for axis in "xy")
+            return checked(FoundPose(x, y, turn), where)
+    for name in POSITIONS:
+        inner = value.get(name)
+        if is_numbers(inner):
+            place = FoundPose(*(float(number_of(one) or 0.0) for one in inner[:2]))
+            return checked(place._replace(yaw=turn), where)
+        if isinstance(inner, Mapping):
+            found = _pose_of_mapping(_renamed(inner), below(where, name))
+            if found is not None:
+                return found if turn is None else found._replace(yaw=turn)
+    for name in POSES:
+        inner = value.get(name)
+        if is_numbers(inner):
+            quaternions = ends_in_quaternion(inner)
+            found = pose_of_numbers(inner, below(where, name), has_quaternions=quaternions)
+        else:
+            found = pose_of(inner, below(where, name))
+        if found is not None:
+            return found if turn is None else found._replace(yaw=turn)
+    return None
+
+
+def _required(value: Mapping[str, Any], name: str, where: str) -> float:
+    found = number_of(value[name])
+    if found is None:
+        raise InputError(f"{below(where, name)}: got {value[name]!r}; expected a number, in m")
+    return found
+
+
+def _turn_in(value: Mapping[str, Any], where: str) -> float | None:
+    """Returns the heading that a mapping has beside its position, rad; None without one."""
+    for name in ORIENTATIONS:
+        turn = value.get(name)
+        if isinstance(turn, list) and len(turn) == 4 and isinstance(value.get("pose"), list):
+            # The form of Nav2's panel in RViz, which writes w first.
+            turn = [*turn[1:], turn[0]]
+        if isinstance(turn, Mapping | list | int | float):
+            return _yaw_of(turn, below(where, name))
+    for name in value:
+        found = OF_QUATERNION.fullmatch(name)
+        if found is not None:
+            begin, end = found[1] or "", found[2] or ""
+            return _yaw_of({a: value.get(f"{begin}{a}{end}", 0.0) for a in "xyzw"}, where)
+    for name, one in value.items():
+        degrees = DEGREES.search(name)
+        if (DEGREES.sub("", name) in YAWS) and (yaw := number_of(one)) is not None:
+            return math.radians(yaw) if degrees else yaw
+    if "w" in value and ends_in_quaternion([0.0, 0.0, value.get("z"), value["w"]]):
+        return _yaw_of({"z": value["z"], "w": value["w"]}, where)
+    return None
+
+
+def _yaw_of(turn: Any, where: str) -> float | None:
+    """Returns the yaw of an orientation, rad: a number, roll, pitch and yaw, or a quaternion.
+
+    Returns None for a quaternion of zeros, which is none. Raises InputError where it tilts.
+    """
+    if isinstance(turn, Mapping):
+        if "w" not in turn:
+            return _turn_in(_renamed(turn), where)
+        turn = [turn.get(axis, 0.0) for axis in "xyzw"]
+    if not isinstance(turn, list):
+        return number_of(turn)
+    numbers = [number_of(one) or 0.0 for one in turn]
+    if len(numbers) != 4:
+        return numbers[-1] if numbers else None
+    length = math.hypot(*numbers)
+    if length == 0.0:
+        return None
+    x, y, z, w = (one / length for one in numbers)
+    if max(abs(x), abs(y)) > MAX_TILT:
+        raise InputError(
+            f"{shown(where)}: a quaternion x {x:.3g}, y {y:.3g}, z {z:.3g}, w {w:.3g} tilts; "
+            "expected that of a robot on the floor, in this order, with x and y of 0"
+        )
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))

@@ -1,0 +1,178 @@
+"""Files of places are read in the forms in which users write them, and refused in one line."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.goal_file import GoalFile, could_be_goals, read_goal_file
+
+HALF = math.pi / 2.0
+# The places A (1, 2), facing y, and B (3, 4), facing x, in every form that is read.
+NAMED = {
+    "waypoints.yaml": "waypoints: [{name: A, x: 1, y: 2, yaw: 1.5708}, {id: B, x: 3, y: 4, h: 0}]",
+    "named.yaml": "frame: map\nstops: {A: {x: 1.0, y: 2, theta: 1.5708}, B: {x: 3, y: 4, th: 0}}",
+    "degrees.yaml": "A: {x: 1, y: 2, yaw_deg: 90}\nB: {x: 3, y: 4, yaw_deg: 0}",
+    "quoted.yaml": "places: [{id: A, x: '1', y: '2e0', yaw: 1.5708}, {id: B, x: 3, y: 4, yaw: 0}]",
+    "capital.yaml": "stops: [{location_name: A, x: 1, y: 2, Y: 1.5708}, {id: B, x: 3, y: 4, Y: 0}]",
+    "stamped.yaml": (
+        "A: {header: {frame_id: map}, pose: {position: {x: 1, y: 2, z: 0},"
+        " orientation: {x: 0, y: 0, z: 0.7071, w: 0.7071}}}\n"
+        "B: {pose: {position: {x: 3, y: 4}, orientation: {z: 0, w: 2}}}"
+    ),
+    "panel.yaml": (
+        "waypoints:\n  A: {pose: [1, 2, 0], orientation: [0.7071, 0.0, 0.0, 0.7071]}\n"
+        "  B: {pose: [3, 4, 0], orientation: [1, 0, 0, 0]}"
+    ),
+    "parts.yaml": (
+        "- A: {point: {x: 1, y: 2, z: 0}, quaternion: {x: 0, y: 0, z: 0.7071, w: 0.7071}}\n"
+        "- waypoint: {name: B, position: [3, 4, 0], orientation_rpy: [0, 0, 0]}"
+    ),
+    "parameters.yaml": (
+        "/**: {ros__parameters: {names: [A, B], B: {x: 3, y: 4, z: 0, w: 1},"
+        " A: {x: 1, y: 2, z: 0.7071, w: 0.7071}}}"
+    ),
+    "order.yaml": (
+        "order: [a, b]\nplaces: {b: {label: B, x: 3, y: 4, z_orient: 0, w_orient: 1},"
+        " c: {x: 9, y: 9}, a: {label: A, x: 1, y: 2, rot_z: 0.7071, rot_w: 0.7071}}"
+    ),
+    "lists.json": '{"frame": "map", "A": [1, 2, 1.5708], "B": [3, 4, 0]}',
+    "nested.yaml": "rooms: [{name: A, goal: {x: 1, y: 2, yaw: 1.5708}}, {id: B, goal: [3, 4, 0]}]",
+    "others.yaml": (
+        "waypoints: {A: {x: 1, y: 2, yaw: 1.5708}, B: {x: 3, y: 4, yaw: 0}}\n"
+        "furniture: [{name: table, x: 9, y: 9}]"
+    ),
+    "names.csv": "name, pose.position.x, pose.position.y, yaw_deg\nA, 1, 2, 90\nB, 3, 4, 0\n",
+    "units.csv": "id,X (meters),Y (meters),yaw (deg)\nA,1,2,90\nB,3,4,0\n",
+    "plain.csv": "# recorded\nA;1;2;0;0;0;0.7071;0.7071\nB;3;4;0;0;0;0;1\n",
+}
+UNNAMED = {
+    "lists.yaml": "waypoints: [[1, 2, 1.5708], [3, 4, 0]]",
+    "heights.yaml": "goals:\n- [1, 2, 0.3, 1.5708]\n- [3, 4, 0.3, 0.0]",
+    "turns.yaml": "goals:\n- [1, 2, 0.7071, 0.7071]\n- [3, 4, 0.0, 1.0]",
+    "poses.yaml": "poses:\n- [[1, 2, 0], [0, 0, 0.7071, 0.7071]]\n- [[3, 4, 0], [0, 0, 0, 1]]",
+    "arrays.yaml": "waypoints_x: [1, 3]\nwaypoints_y: [2, 4]\nwaypoints_yaw: [1.5708, 0]",
+    "columns.csv": "# x_m, y_m, psi_rad\n1, 2, 1.5708\n3, 4, 0\n",
+    "slashes.csv": "// x, y, yaw, on/off\n1, 2, 1.5708, on\n3, 4, 0, off\n",
+    "blanks.txt": "1 2 1.5708\n3 4 0\n",
+    "half_turns.csv": "x,y,h\n1,2,90\n3,4,0\n",
+}
+
+
+def read(folder: Path, name: str, text: str) -> GoalFile:
+    path = folder / name
+    path.write_text(text)
+    return read_goal_file(path)
+
+
+@pytest.mark.parametrize("name", [*NAMED, *UNNAMED])
+def test_every_form_of_two_places_is_read(tmp_path, name):
+    found = read(tmp_path, name, NAMED.get(name) or UNNAMED[name])
+    a, b = (place.pose for place in found.places)
+    assert (a.x, a.y, b.x, b.y) == (1.0, 2.0, 3.0, 4.0)
+    assert a.yaw == pytest.approx(HALF, abs=1e-4)
+    assert b.yaw == 0.0
+    assert found.edges is None
+    if name in NAMED:
+        assert [place.name for place in found.places] == ["A", "B"]
+
+
+def test_places_left_out_and_headings_in_degrees_are_told(tmp_path):
+    told = read(tmp_path, "others.yaml", NAMED["others.yaml"]).told
+    assert told == (f"{tmp_path}/others.yaml: takes 2 of 3 places, those of waypoints",)
+    told = read(tmp_path, "order.yaml", NAMED["order.yaml"]).told
+    assert told == (f"{tmp_path}/order.yaml: takes 2 of 3 places, those that order lists",)
+    told = read(tmp_path, "half_turns.csv", UNNAMED["half_turns.csv"]).told
+    assert told == (f"{tmp_path}/half_turns.csv: headings of up to 90 are taken as degrees",)
+
+
+GRAPHS = {
+    "route.geojson": """{"type": "FeatureCollection", "features": [
+        {"properties": {"id": 7, "frame": "map", "metadata": {"name": "A"}},
+         "geometry": {"type": "Point", "coordinates": [1.0, 2.0]}},
+        {"properties": {"id": 9}, "geometry": {"type": "Point", "coordinates": [3.0, 4.0]}},
+        {"properties": {"id": 10, "startid": 9, "endid": 7}, "geometry": {}}]}""",
+    "nav_graph.yaml": (
+        "levels: {L1: {vertices: [[1, 2, {name: A}], [3, 4, {}]], lanes: [[1, 0, {}], [1, 0, {}]]}}"
+    ),
+    "graph.json": """{"nodes": [{"id": "A", "x": 1, "y": 2}, {"id": "B", "x": 3, "y": 4}],
+        "edges": [{"from": "B", "to": "A"}]}""",
+    "neighbours.yaml": "waypoints: [A: {x: 1, y: 2}, B: {x: 3, y: 4, neighbours: [A]}]",
+}
+
+
+@pytest.mark.parametrize("name", GRAPHS)
+def test_the_edges_of_a_graph_are_its_ways(tmp_path, name):
+    found = read(tmp_path, name, GRAPHS[name])
+    assert [place.pose[:2] for place in found.places] == [(1.0, 2.0), (3.0, 4.0)]
+    assert found.places[0].name == "A"
+    assert found.edges == ((1, 0),)
+
+
+REFUSED = {
+    "gps.yaml": (
+        "waypoints: [{latitude: 38.1, longitude: -122.4, yaw: 0}]",
+        "gps.yaml: waypoints[0]: latitude and longitude; expected x, y in m",
+    ),
+    "sea.geojson": (
+        '{"features": [{"geometry": {"type": "Point", "coordinates": [30.2, 59.9]}}]}',
+        "sea.geojson: features[0]: latitude and longitude; expected x, y in m",
+    ),
+    "gps.csv": ("lat,lon\n25.0,121.5\n", "gps.csv, line 2: latitude and longitude"),
+    "text.yaml": (
+        "waypoints: [{x: 1, y: 2}, {x: left, y: 2}]",
+        "text.yaml: waypoints[1].x: got 'left'; expected a number, in m",
+    ),
+    "nan.yaml": ("goals: {A: {x: .nan, y: 2}}", "nan.yaml: goals.A.x: got nan; expected a number"),
+    "far.yaml": ("goals: [[4e5, 5e6]]", "far.yaml: goals[0]: x 400000, y 5000000; expected m"),
+    "flat.yaml": ("goals: [1, 2, 3, 4]", "flat.yaml: goals: a list of 4 numbers; expected a list"),
+    "arm.yaml": ("A: [0, 0, 1, 0, 1, 0, 0]\nB: [0, 0, 1, 0, 1, 0, 0]", "arm.yaml: A: a quaternion"),
+    "odom.yaml": (
+        "goals_frame: odom\ngoals: [[1, 2]]",
+        "odom.yaml: frame odom; expected places in",
+    ),
+    "map.yaml": (
+        "image: a.pgm\norigin: [0, 0, 0]",
+        "map.yaml: is a map file; expected a file",
+    ),
+    "none.yaml": ("goals: [{title: win}]", "none.yaml: has no places; expected mappings with x"),
+    "empty.yaml": ("", "empty.yaml: has no places"),
+    "cut.json": ('{"waypoints": [', "cut.json, line 1: is no JSON: "),
+    "cut.yaml": ("waypoints: [", "cut.yaml, line 2: "),
+    "five.csv": ("1,2,3,4,5\n", "five.csv, line 1: 5 numbers; expected x, y or x, y, yaw"),
+    "word.csv": ("1,2\n3,four\n", "word.csv, line 2: got 'four'; expected a number"),
+    "ragged.csv": ("x,y\n1,2\n3\n", "ragged.csv, line 3: 1 columns; expected 2"),
+    "building.yaml": (
+        "levels: {L1: {drawing: {}, vertices: []}}",
+        "building.yaml: levels.L1: is a",
+    ),
+    "floors.yaml": ("levels: {L1: {}, L2: {}}", "floors.yaml: levels: L1, L2; expected one"),
+    "lost.json": (
+        '{"nodes": [{"id": 1, "x": 1, "y": 2}], "edges": [[1, 5]]}',
+        "lost.json: edges[0]",
+    ),
+    "line.geojson": (
+        '{"features": [{"properties": {"startid": 1, "endid": 2}, "geometry": {}}]}',
+        "line.geojson: features[0]: leads to 1; expected a place of the file",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_other_files_are_one_line_with_file_and_field(tmp_path, name):
+    text, said = REFUSED[name]
+    with pytest.raises(InputError) as refused:
+        read(tmp_path, name, text)
+    assert str(refused.value).startswith(f"{tmp_path}/{said}")
+    assert "\n" not in str(refused.value)
+
+
+def test_a_file_is_looked_for_by_its_name(tmp_path):
+    names = ("my_waypoints.yaml", "poses.csv", "nav_graphs/0.yaml", "package.json", "map.yaml")
+    for name in names:
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
+    assert [could_be_goals(tmp_path / name) for name in names] == [True, True, True, False, False]
