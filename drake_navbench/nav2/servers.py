@@ -1,8 +1,8 @@
 """Reads the servers of a Nav2 file, without controllers and costmaps, into a robot's settings.
 
 Each function takes a node and returns fields of `NavigationSettings`, checked. A parameter that is
-missing has Nav2's default. Sources: nav2_planner, nav2_behaviors, nav2_bt_navigator,
-nav2_waypoint_follower, nav2_velocity_smoother, nav2_collision_monitor.
+missing has Nav2's default. The trees of bt_navigator are read in `bt_navigator`. Sources:
+nav2_planner, nav2_behaviors, nav2_waypoint_follower, nav2_velocity_smoother, nav2_smoother.
 """
 
 from __future__ import annotations
@@ -13,19 +13,10 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import Status
 from drake_navbench.nav2.controller_server import plugin_block
-from drake_navbench.nav2.loadable import fault_of_tree_node
 from drake_navbench.nav2.node_reader import WITHOUT_MEANING, NodeReader
-from drake_navbench.nav2.tree_files import installed_tree, tree_beside
-from drake_navbench.navigation.behavior_tree.description import NodeDescription
-from drake_navbench.navigation.behavior_tree.settings import (
-    NAVIGATOR_OF,
-    RECOVERY_ACTIONS,
-    BehaviorTreeSettings,
-)
-from drake_navbench.navigation.behavior_tree.tree_file import read_tree_file
+from drake_navbench.navigation.behavior_tree.settings import RECOVERY_ACTIONS
 from drake_navbench.navigation.behaviors import (
     BEHAVIORS,
     BehaviorServerParameters,
@@ -56,18 +47,6 @@ DEFAULT_SMOOTHER = "simple_smoother"
 WAIT_AT_WAYPOINT = "nav2_waypoint_follower::WaitAtWaypoint"
 # The name that Nav2's default behaviour tree asks for if there are several planners.
 DEFAULT_PLANNER = "GridBased"
-# The parameter that names a tree's file -> the field for the tree. Then its names up to Foxy.
-TREE_FILE = "default_nav_to_pose_bt_xml"
-TREE_FILES = {TREE_FILE: "tree", "default_nav_through_poses_bt_xml": "through_poses_tree"}
-OLD_TREE_FILES = ("default_bt_xml_filename", "bt_xml_filename")
-# Names of the default trees in Nav2's releases.
-DEFAULT_TREES = {
-    "tree": {
-        "navigate_w_replanning_and_recovery.xml",
-        "navigate_to_pose_w_replanning_and_recovery.xml",
-    },
-    "through_poses_tree": {"navigate_through_poses_w_replanning_and_recovery.xml"},
-}
 # Behaviours of Nav2: type without its package -> the default tree's recovery action.
 RECOVERY_OF: Mapping[str, str] = {
     "Spin": "spin",
@@ -250,66 +229,6 @@ def _recovery_action(reader: NodeReader, name: str, plugin_type: str) -> str:
     remark = f"{plugin_type}: left out, as the default tree does not use it"
     reader.note_block(Status.NO_MEANING, name, remark)
     return ""
-
-
-def read_bt_navigator(reader: NodeReader, release: Release) -> Fields:
-    """Returns the navigators' behaviour trees: the default ones, or those of XML files."""
-    values = reader.block(BehaviorTreeSettings, names=("bt_loop_duration",))
-    for name in TREE_FILES:
-        if reader.text(name).rpartition("/")[2]:
-            values |= _tree_of(reader, name, release)
-    for name in OLD_TREE_FILES:
-        if reader.text(name).rpartition("/")[2] in DEFAULT_TREES["tree"]:
-            reader.note(Status.NO_MEANING, name)
-        elif reader.given(name):
-            reader.note(Status.UNREAD, name, f"since galactic {TREE_FILE} is read in its place")
-    reader.finish(WITHOUT_MEANING["bt_navigator"])
-    return {"behavior_tree": values}
-
-
-def _tree_of(reader: NodeReader, name: str, release: Release) -> Fields:
-    """Returns the tree of an XML file, nothing where it cannot be used."""
-    named, field = reader.text(name), TREE_FILES[name]
-    file_name = named.rpartition("/")[2]
-    folder = reader.node.parameters[name].file.parent
-    found = tree_beside(folder, named)
-    if found is None and file_name in DEFAULT_TREES[field]:
-        return {}
-    if found is None:
-        found = installed_tree(file_name, release)
-        if found is not None:
-            reader.note(Status.OTHER_FORM, name, f"that of the installed Nav2, {found}")
-    if found is None:
-        remark = f"{file_name}: not beside the file; Nav2's default tree is used instead"
-        reader.note(Status.STAND_IN, name, remark)
-        return {}
-    # Imported late: py_trees takes a while, and few files name a tree.
-    from drake_navbench.navigation.behavior_tree.builder import faults_of
-
-    try:
-        tree = read_tree_file(found)
-    except InputError as error:
-        reader.note(Status.STAND_IN, name, f"{error}; Nav2's default tree is used instead")
-        return {}
-    faults = list(faults_of(tree, NAVIGATOR_OF[field]))
-    if not faults:
-        _note_absent_nodes(reader, name, tree)
-        return {field: tree.model_dump(mode="json")}
-    told = "; ".join(f"line {fault.line}, {fault}" for fault in faults)
-    remark = f"{file_name}: {told}; Nav2's default tree is used instead"
-    reader.note(Status.STAND_IN, name, remark)
-    return {}
-
-
-def _note_absent_nodes(reader: NodeReader, name: str, tree: NodeDescription) -> None:
-    """Notes the nodes of a tree that the release lacks; name: the parameter of the tree's file."""
-    found = {node.node: node for node in tree.iterate()}
-    faults = {kind: fault_of_tree_node(kind, reader.release) for kind in found}
-    told = [f"line {found[kind].line}, {kind} {fault}" for kind, fault in faults.items() if fault]
-    if told:
-        file_name = reader.text(name).rpartition("/")[2]
-        remark = f"{file_name}: {'; '.join(told)}: bt_navigator does not start"
-        reader.note(Status.STAND_IN, name, f"{remark}; used here all the same")
 
 
 def read_waypoint_follower(reader: NodeReader) -> Fields:
