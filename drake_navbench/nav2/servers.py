@@ -40,7 +40,6 @@ NAVFN = "nav2_navfn_planner::NavfnPlanner"
 # Fields of a planner that no Nav2 file has.
 NOT_NAV2S = {"plugin", "expansions_per_second", RELEASE_FIELD}
 TURNING_RADIUS = "minimum_turning_radius"
-CORNERS = "how_many_corners"
 PARTIAL_PLAN = "allow_partial_planning"
 SIMPLE_SMOOTHER = SimpleSmoother.nav2_plugin
 DEFAULT_SMOOTHER = "simple_smoother"
@@ -55,6 +54,8 @@ RECOVERY_OF: Mapping[str, str] = {
     "DriveOnHeading": "",
     "AssistedTeleop": "",
 }
+# The velocity smoother's parameters with a number for each axis.
+SMOOTHER_LISTS = ("max_velocity", "min_velocity", "max_accel", "max_decel", "deadband_velocity")
 # The behaviours with `DriveLimits`.
 STRAIGHT = ("backup", "drive_on_heading")
 BEHAVIOR_PACKAGES = ("nav2_behaviors", "nav2_recoveries")
@@ -110,23 +111,11 @@ def _planner(
     if model is SmacPlannerHybridParameters:
         return _hybrid_planner(reader, name, release, cell_m) | rules
     if model is not SmacPlanner2DParameters:
-        apart = {*NOT_NAV2S, *_noted_corners(reader, f"{name}.{CORNERS}", model)}
-        names = [field for field in model.model_fields if field not in apart]
+        names = [field for field in model.model_fields if field not in NOT_NAV2S]
         return reader.block(model, f"{name}.", names=names) | rules
     ours = {*_classic({}), *NOT_NAV2S}
     names = [field for field in model.model_fields if field not in ours]
     return _classic(reader.block(model, f"{name}.", names=names) | rules)
-
-
-def _noted_corners(reader: NodeReader, name: str, model: type[BaseModel]) -> set[str]:
-    """Returns the parameter of Theta* whose value in the file Nav2 overrides, else nothing."""
-    if CORNERS not in model.model_fields or not reader.given(name):
-        return set()
-    count = reader.value(name)
-    if isinstance(count, bool) or not isinstance(count, int) or count in (4, 8):
-        return set()
-    reader.note(Status.OTHER_FORM, name, f"8, as in Nav2, in place of {count}")
-    return {CORNERS}
 
 
 def _hybrid_planner(reader: NodeReader, name: str, release: Release, cell_m: float) -> Fields:
@@ -168,15 +157,7 @@ def _classic(values: Fields) -> Fields:
 
 def read_behavior_server(reader: NodeReader) -> Fields:
     """Returns the behaviours, and those of them that the default tree uses as recoveries."""
-    least = "min_rotational_vel"
-    names = [field for field in BehaviorServerParameters.model_fields if field != least]
-    values = reader.block(BehaviorServerParameters, names=names)
-    if reader.number(least, 0.0) < 0.0:
-        # A spin is never slower than 0, so that 0 has the same effect.
-        reader.note(Status.OTHER_FORM, least, "as 0, to the same effect")
-        values[least] = 0.0
-    else:
-        values |= reader.block(BehaviorServerParameters, names=(least,))
+    values = reader.block(BehaviorServerParameters)
     for behavior in STRAIGHT:
         if behavior in values:
             values[behavior] = _drive_limits(reader, values[behavior])
@@ -248,9 +229,34 @@ def read_waypoint_follower(reader: NodeReader) -> Fields:
 
 def read_velocity_smoother(reader: NodeReader) -> Fields:
     """Returns the velocity smoother."""
-    values = reader.block(VelocitySmootherParameters)
+    model = VelocitySmootherParameters
+    lists = {name: reader.value(name) for name in SMOOTHER_LISTS if reader.given(name)}
+    is_six = reader.release >= Release.LYRICAL and all(
+        isinstance(given, list) and len(given) == 6 for given in lists.values()
+    )
+    if len(lists) < len(SMOOTHER_LISTS) or not is_six:
+        values = reader.block(model)
+    else:
+        values = reader.block(model, names=model.model_fields.keys() - lists.keys())
+        for name, (x, y, _, _, _, yaw) in lists.items():
+            reader.note(Status.OTHER_FORM, name, "of the six axes x, y and yaw")
+            values[name] = [x, y, yaw]
+        values = reader.checked(model, values)
+    _require_standstill(reader, values)
     reader.finish({"odom_duration", "stamp_smoothed_velocity_with_smoothing_time"})
     return {"velocity_smoother": values}
+
+
+def _require_standstill(reader: NodeReader, values: Fields) -> None:
+    """Requires limits that let the robot stand, without which only Humble's smoother starts."""
+    parameters = VelocitySmootherParameters(**values)
+    if all(least <= 0.0 <= most for least, most in parameters.ranges):
+        return
+    name = "min_velocity" if max(parameters.min_velocity) > 0.0 else "max_velocity"
+    told = "the robot never stands still"
+    if reader.release > Release.HUMBLE:
+        raise reader.fault(name, f"{told}, and the smoother of {reader.release} does not start")
+    reader.note(Status.DOUBTFUL, name, told)
 
 
 def read_smoother_server(reader: NodeReader, *, is_asked: bool) -> Fields:

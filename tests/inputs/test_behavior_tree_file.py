@@ -367,7 +367,8 @@ THROUGH = PLAIN.replace(
 def test_each_navigator_has_a_tree_of_its_own(tmp_path):
     setup = setup_naming(tmp_path, "default_nav_through_poses_bt_xml: drive.xml", THROUGH)
     trees = setup.robot.navigation.behavior_tree
-    assert trees.tree is None and not setup.check.stand_ins
+    assert trees.tree is None
+    assert not setup.check.stand_ins
     found = [node for node in trees.through_poses_tree.iterate() if node.node == "RoundRobin"]
     assert found[0].attributes == {"wrap_around": "true"}
 
