@@ -40,6 +40,7 @@ from drake_navbench.plugins.releases import (
     read_by,
     release_in,
 )
+from drake_navbench.typed_files.usual_values import unusual_values
 
 CONTROLLERS = PluginKind(
     noun="controller",
@@ -271,7 +272,7 @@ class ControllerParameters(BaseModel):
     @classmethod
     def doubts(cls, values: Mapping[str, Any]) -> Mapping[str, str]:
         """Returns probably mistaken values: dotted name -> the effect of the value."""
-        return {}
+        return unusual_values(cls, values)
 
     def as_read(self) -> Self:
         """Returns these parameters; those that their release does not read have their defaults."""

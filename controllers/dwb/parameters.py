@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 from pydantic import Field, field_validator, model_validator
@@ -27,6 +27,7 @@ from drake_navbench.typed_files.quantities import (
     Speed,
     require_order,
 )
+from drake_navbench.typed_files.usual_values import Usual, not_negative
 
 STANDARD_GENERATOR = "dwb_plugins::StandardTrajectoryGenerator"
 LIMITED_ACCEL_GENERATOR = "dwb_plugins::LimitedAccelGenerator"
@@ -39,6 +40,9 @@ OF_ITS_OWN_PLAN = (
     "prune_plan",
     "shorten_transformed_plan",
 )
+# The usual signs of the limits of acceleration and deceleration.
+SPEEDS_UP = not_negative("the robot slows down where it should speed up")
+BRAKES = Usual("the robot speeds up where it should brake", high=0.0)
 # The most poses of all trajectories of a cycle, which take 0.4 GB.
 MAX_POSES = 10_000_000
 
@@ -118,19 +122,23 @@ class DynamicWindowApproachParameters(ParametersWithCritics):
         description="Lowest yaw rate of a sample that drives slower than min_speed_xy; "
         "negative: none [rad/s].",
     )
-    acc_lim_x: Acceleration = Field(0.0, ge=0.0, description="Forward acceleration limit [m/s^2].")
-    acc_lim_y: Acceleration = Field(0.0, ge=0.0, description="Lateral acceleration limit [m/s^2].")
-    acc_lim_theta: AngularAcceleration = Field(
-        0.0, ge=0.0, description="Yaw acceleration limit [rad/s^2]."
+    acc_lim_x: Annotated[Acceleration, SPEEDS_UP] = Field(
+        0.0, description="Forward acceleration limit [m/s^2]."
     )
-    decel_lim_x: Acceleration = Field(
-        0.0, le=0.0, description="Forward deceleration limit [m/s^2]."
+    acc_lim_y: Annotated[Acceleration, SPEEDS_UP] = Field(
+        0.0, description="Lateral acceleration limit [m/s^2]."
     )
-    decel_lim_y: Acceleration = Field(
-        0.0, le=0.0, description="Lateral deceleration limit [m/s^2]."
+    acc_lim_theta: Annotated[AngularAcceleration, SPEEDS_UP] = Field(
+        0.0, description="Yaw acceleration limit [rad/s^2]."
     )
-    decel_lim_theta: AngularAcceleration = Field(
-        0.0, le=0.0, description="Yaw deceleration limit [rad/s^2]."
+    decel_lim_x: Annotated[Acceleration, BRAKES] = Field(
+        0.0, description="Forward deceleration limit [m/s^2]."
+    )
+    decel_lim_y: Annotated[Acceleration, BRAKES] = Field(
+        0.0, description="Lateral deceleration limit [m/s^2]."
+    )
+    decel_lim_theta: Annotated[AngularAcceleration, BRAKES] = Field(
+        0.0, description="Yaw deceleration limit [rad/s^2]."
     )
 
     vx_samples: Count = Field(
@@ -167,11 +175,11 @@ class DynamicWindowApproachParameters(ParametersWithCritics):
         description="Command the first velocity of the simulated trajectory, not the sampled one.",
     )
 
-    xy_goal_tolerance: Length = Field(
-        0.25, ge=0.0, description="RotateToGoal: distance to the goal at which turning begins [m]."
+    xy_goal_tolerance: Annotated[Length, not_negative("its size counts")] = Field(
+        0.25, description="RotateToGoal: distance to the goal at which turning begins [m]."
     )
-    trans_stopped_velocity: Speed = Field(
-        0.25, ge=0.0, description="RotateToGoal: a speed below this counts as stopped [m/s]."
+    trans_stopped_velocity: Annotated[Speed, not_negative("its size counts")] = Field(
+        0.25, description="RotateToGoal: a speed below this counts as stopped [m/s]."
     )
 
     nav2_release: Release = Field(NEWEST_RELEASE, description="Nav2 release whose rules apply.")

@@ -23,7 +23,7 @@ FEWEST_SAMPLES = 2
 
 @njit(cache=True)
 def project_velocity(velocity, accel, decel, duration_s, target):
-    """Returns the velocity after `duration_s` of changing towards `target` (decel <= 0)."""
+    """Returns the velocity after `duration_s` of changing towards `target`; decel is negative."""
     if velocity < target:
         return min(target, velocity + accel * duration_s)
     return max(target, velocity + decel * duration_s)
@@ -31,8 +31,9 @@ def project_velocity(velocity, accel, decel, duration_s, target):
 
 @njit(cache=True)
 def sample_axis(current, minimum, maximum, accel, decel, window_s, sample_count, samples):
-    """Writes the velocities tried on one axis, ascending; returns how many (0: minimum > maximum).
+    """Writes the velocities tried on one axis, ascending; returns how many.
 
+    There are none where the lowest is above the highest, as with limits of the wrong sign or order.
     samples: (2 * max(2, sample_count) + 1,) output; the longest list occurs on an axis barely
     wider than AXIS_TOLERANCE. Samples come from repeated addition, as in Nav2, and between the
     last negative and the first positive one an exact zero is put in, so that standing still on
@@ -44,13 +45,15 @@ def sample_axis(current, minimum, maximum, accel, decel, window_s, sample_count,
         current = maximum
     highest = project_velocity(current, accel, decel, window_s, maximum)
     lowest = project_velocity(current, accel, decel, window_s, minimum)
+    samples[0] = lowest
     if abs(lowest - highest) < AXIS_TOLERANCE:
-        samples[0] = lowest
         return 1
+    if lowest > highest:
+        return 0
     increment = (highest - lowest) / (max(FEWEST_SAMPLES, sample_count) - 1)
     end = highest + AXIS_TOLERANCE
     count = 0
-    velocity = samples[0] = lowest
+    velocity = lowest
     while velocity <= end:
         samples[count] = velocity
         count += 1
@@ -99,9 +102,9 @@ def sample_axes(
         sample_axis(twist[i], *axis, window_s, sample_counts[i], axes[i])
         for i, axis in enumerate((x, y, theta))
     )
-    # Nav2 reads an inner axis before it asks whether it has ended; a speed limit below min_vel_y
-    # leaves such an axis.
-    return count_x, max(1, count_y), count_theta
+    # Nav2 reads an inner axis before it asks whether it has ended: of an axis without samples, as
+    # by a speed limit below min_vel_y, it tries the lowest velocity.
+    return count_x, max(1, count_y), max(1, count_theta)
 
 
 @njit(cache=True)

@@ -249,13 +249,13 @@ class MppiParameters(ParametersWithCritics):
 
     @classmethod
     def doubts(cls, values: Mapping[str, Any]) -> Mapping[str, str]:
-        """Returns limits in the wrong order, where Nav2 applies the upper one: name -> remark."""
-        fields = cls.model_fields
+        """See the base class; also limits in the wrong order, where Nav2 applies the upper one."""
+        fields, doubts = cls.model_fields, super().doubts(values)
         least, most = (values.get(n, fields[n].default) for n in ("vx_min", "vx_max"))
         if not least > most:
-            return {}
+            return doubts
         told = f"{least:g}, more than vx_max, {most:g}: the samples all have vx_max"
-        return {name: told for name in ("vx_min", "vx_max") if name in values}
+        return {**doubts, **{name: told for name in ("vx_min", "vx_max") if name in values}}
 
     def as_read(self) -> Self:
         """See the base class; also sets unread fields of the critics' blocks to their defaults."""

@@ -155,6 +155,16 @@ class RotationShimParameters(ControllerParameters):
         return model.is_without_effect(name.removeprefix(f"{PRIMARY}."), shared)
 
     @classmethod
+    def doubts(cls, values: Mapping[str, Any]) -> Mapping[str, str]:
+        """See the base class; also those about the parameters of the primary controller."""
+        model, doubts = cls.primary_model(values), dict(super().doubts(values))
+        if model is not None:
+            names = {name.removeprefix(f"{PRIMARY}."): name for name in values}
+            found = model.doubts({short: values[name] for short, name in names.items()})
+            doubts |= {names[short]: doubt for short, doubt in found.items()}
+        return doubts
+
+    @classmethod
     def for_original(cls, values: Mapping[str, Any], release: str) -> dict[str, Any]:
         """Returns values with the primary controller's in a block since Lyrical, else beside it."""
         not_shared = {RELEASE_FIELD, PRIMARY}

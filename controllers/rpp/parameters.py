@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import AliasChoices, ConfigDict, Field, model_validator
 
@@ -26,6 +26,7 @@ from drake_navbench.typed_files.quantities import (
     Speed,
     require_order,
 )
+from drake_navbench.typed_files.usual_values import not_negative, positive
 
 # The name of the cruise speed in Lyrical, and the only name that earlier releases read.
 SPEED, OLDER_SPEED = "max_linear_vel", "desired_linear_vel"
@@ -102,9 +103,9 @@ class RegulatedPurePursuitParameters(PursuitParameters):
         -3.2, description="Largest angular deceleration, negative; dynamic window only [rad/s^2]."
     )
 
-    lookahead_dist: Length = Field(
-        0.6, gt=0.0, description="Arc length from the robot to the carrot [m]."
-    )
+    lookahead_dist: Annotated[
+        Length, positive("the carrot is the pose of the plan nearest to the robot")
+    ] = Field(0.6, description="Arc length from the robot to the carrot [m].")
     use_velocity_scaled_lookahead_dist: bool = Field(
         False,
         description="Scale the lookahead with the measured speed instead of using lookahead_dist.",
@@ -132,15 +133,14 @@ class RegulatedPurePursuitParameters(PursuitParameters):
     use_regulated_linear_velocity_scaling: bool = Field(
         True, description="Slow down in tight curves."
     )
-    regulated_linear_scaling_min_radius: Length = Field(
-        0.90, ge=0.0, description="Radius below which a curve is tight [m]."
+    regulated_linear_scaling_min_radius: Annotated[Length, not_negative("as 0")] = Field(
+        0.90, description="Radius below which a curve is tight [m]."
     )
-    regulated_linear_scaling_min_speed: Speed = Field(
-        0.25, ge=0.0, description="Lowest speed that scaling by curves and obstacles leaves [m/s]."
+    regulated_linear_scaling_min_speed: Annotated[Speed, not_negative("as 0")] = Field(
+        0.25, description="Lowest speed that scaling by curves and obstacles leaves [m/s]."
     )
-    approach_velocity_scaling_dist: Length = Field(
+    approach_velocity_scaling_dist: Annotated[Length, not_negative("as 0")] = Field(
         0.6,
-        ge=0.0,
         description="Length of the remaining local plan below which the robot slows down [m].",
     )
 
@@ -148,9 +148,9 @@ class RegulatedPurePursuitParameters(PursuitParameters):
         False, description="Drive backwards to a carrot behind the robot."
     )
 
-    max_allowed_time_to_collision_up_to_carrot: Duration = Field(
-        1.0, ge=0.0, description="Duration for which a command is checked for collisions [s]."
-    )
+    max_allowed_time_to_collision_up_to_carrot: Annotated[
+        Duration, not_negative("no command is checked ahead")
+    ] = Field(1.0, description="Duration for which a command is checked for collisions [s].")
     min_distance_to_obstacle: Length = Field(
         -1.0, description="Least distance for which a command is checked [m]; 0 or less: none."
     )

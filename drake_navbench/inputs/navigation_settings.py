@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import (
     Field,
     SerializerFunctionWrapHandler,
-    field_validator,
     model_serializer,
     model_validator,
 )
@@ -46,6 +45,7 @@ from drake_navbench.typed_files.quantities import (
     Speed,
 )
 from drake_navbench.typed_files.typed_yaml import FrozenModel
+from drake_navbench.typed_files.usual_values import Usual, not_negative
 
 # A failure tolerance, s.
 PATIENT_FOR_EVER = -1.0
@@ -68,26 +68,27 @@ class ControllerServerSettings(FrozenModel):
         "goal after the progress and the command, Jazzy and Lyrical before.",
     )
     controller_frequency: Frequency = Field(20.0, description="Rate of the control cycles [Hz].")
-    failure_tolerance: Duration = Field(
+    failure_tolerance: Annotated[
+        Duration, Usual("as 0, a failed cycle ends the task", 0.0, others=(PATIENT_FOR_EVER,))
+    ] = Field(
         0.0,
         description="Time for which failing control cycles are tolerated [s]; 0: none, -1: "
         "for ever.",
     )
-    costmap_update_timeout: Duration = Field(
+    costmap_update_timeout: Annotated[Duration, not_negative("as 0")] = Field(
         0.30,
-        ge=0.0,
         description="Time for which the controller waits for a current costmap [s]; 0: Humble and "
         "Iron wait for ever, Jazzy and Kilted give up at once, Lyrical drives on with an old one.",
     )
-    min_x_velocity_threshold: Speed = Field(
-        0.0001, ge=0.0, description="Measured |v| below which the velocity counts as 0 [m/s]."
+    min_x_velocity_threshold: Annotated[Speed, not_negative("no velocity counts as 0")] = Field(
+        0.0001, description="Measured |v| below which the velocity counts as 0 [m/s]."
     )
-    min_y_velocity_threshold: Speed = Field(
-        0.0001, ge=0.0, description="Measured |vy| below which the velocity counts as 0 [m/s]."
+    min_y_velocity_threshold: Annotated[Speed, not_negative("no velocity counts as 0")] = Field(
+        0.0001, description="Measured |vy| below which the velocity counts as 0 [m/s]."
     )
-    min_theta_velocity_threshold: AngularSpeed = Field(
-        0.0001, ge=0.0, description="Measured |w| below which the turn rate counts as 0 [rad/s]."
-    )
+    min_theta_velocity_threshold: Annotated[
+        AngularSpeed, not_negative("no velocity counts as 0")
+    ] = Field(0.0001, description="Measured |w| below which the turn rate counts as 0 [rad/s].")
 
     @model_serializer(mode="wrap")
     def _as_plain(self, plain: SerializerFunctionWrapHandler) -> dict[str, Any]:
@@ -101,25 +102,18 @@ class ControllerServerSettings(FrozenModel):
     @property
     def longest_wait_s(self) -> float:
         """The longest time without a current costmap, s; infinite where it has no end."""
-        is_endless = self.costmap_update_timeout == 0.0 and self.nav2_release < Release.JAZZY
+        is_endless = self.costmap_update_timeout <= 0.0 and self.nav2_release < Release.JAZZY
         return math.inf if is_endless else self.costmap_update_timeout
 
     @property
     def takes_old_costmaps(self) -> bool:
         """Whether a cycle does not wait for a current costmap."""
-        return self.costmap_update_timeout == 0.0 and self.nav2_release >= Release.LYRICAL
+        return self.costmap_update_timeout <= 0.0 and self.nav2_release >= Release.LYRICAL
 
     @property
     def tests_goal_first(self) -> bool:
         """Whether a cycle at the goal ends without a command."""
         return self.nav2_release in (Release.JAZZY, Release.LYRICAL)
-
-    @field_validator("failure_tolerance")
-    @classmethod
-    def _check_tolerance(cls, value: float) -> float:
-        if value < 0.0 and value != PATIENT_FOR_EVER:
-            raise ValueError(f"expected {PATIENT_FOR_EVER:g} or at least 0")
-        return value
 
 
 class NavigationSettings(FrozenModel):

@@ -44,7 +44,7 @@ def _rows(server: Node, plugin: str, preset: Preset) -> list[CheckRow]:
     for name in given:
         full = f"{plugin}.{name}"
         bare = name.removeprefix(PRIMARY)
-        if name in doubts:
+        if name in doubts and name not in preset.ignored:
             rows.append(_row(Status.DOUBTFUL, server, full, doubts[name]))
         elif given[name] and bare in model.STOOD_IN_FOR:
             remark = f"{given[name]}: {model.STOOD_IN_FOR[bare]}"

@@ -9,6 +9,7 @@ from collections.abc import Collection, Iterable, Mapping
 from typing import Any, NamedTuple
 
 from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
 
 from drake_navbench.errors import InputError, printable
 from drake_navbench.inputs.check import CheckRow, Status
@@ -16,6 +17,7 @@ from drake_navbench.nav2.parameters import PARAMETERS_KEY, Node
 from drake_navbench.nav2.substitutions import missing_value
 from drake_navbench.plugins.releases import NEWEST_RELEASE, Release, read_by
 from drake_navbench.typed_files.name_lists import name_lists
+from drake_navbench.typed_files.usual_values import as_taken, doubt_about
 
 # The parameters without a meaning here, by the node that has them.
 WITHOUT_MEANING = name_lists(__package__, "without_meaning.yaml")
@@ -201,7 +203,7 @@ class NodeReader:
             if self._release in readers.defaults:
                 of_nav2[field] = readers.defaults[self._release]
             if self.gives(model, field, their_name):
-                values[field] = self.value(their_name)
+                values[field] = self._taken(model.model_fields[field], their_name)
             elif field in of_nav2:
                 values[field] = of_nav2[field]
             if self._release in readers.releases:
@@ -209,6 +211,17 @@ class NodeReader:
                 given = self._node.get(their_name)
                 self.offers[their_name] = Offer(model, field, of_nav2.get(field, own), given)
         return self.checked(model, values, prefix, is_partial=names is not None)
+
+    def _taken(self, field: FieldInfo, name: str) -> Any:
+        """Returns a given parameter as Nav2 takes it; notes a change, and an unusual value."""
+        given = self.value(name)
+        taken = as_taken(field, given)
+        doubt = doubt_about(field, taken)
+        if doubt:
+            self.note(Status.DOUBTFUL, name, doubt)
+        elif taken != given:
+            self.note(Status.OTHER_FORM, name, f"{taken:g}, as in Nav2, in place of {given:g}")
+        return taken
 
     def checked(
         self,

@@ -15,11 +15,17 @@ import shapely
 from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.known_base import around_origin
 from drake_navbench.nav2.node_reader import NodeReader
-from drake_navbench.navigation.costmaps.costmap_settings import CostmapSettings
+from drake_navbench.navigation.costmaps.costmap_settings import (
+    CostmapSettings,
+    LocalCostmapSettings,
+)
+from drake_navbench.typed_files.usual_values import doubt_about
 
 # The largest distance of the base frame's origin from a footprint that is made larger, m.
 MAX_BESIDE_M = 0.05
 PADDING = "footprint_padding"
+# Values of `footprint` with which Nav2 uses the radius.
+NO_FOOTPRINT = ("", "[]", [])
 
 
 class Outline(NamedTuple):
@@ -66,11 +72,13 @@ def note_wide_cells(reader: NodeReader, cell_m: float, inscribed_radius_m: float
 def read_outline(reader: NodeReader) -> Outline:
     """Returns the outline of a costmap; a footprint prevails over a radius, as in Nav2."""
     padding = reader.number(PADDING, 0.0) if reader.given(PADDING) else None
-    if padding is not None and padding < 0.0:
-        raise reader.fault(PADDING, f"expected 0 or more, got {padding:g}")
+    doubt = doubt_about(LocalCostmapSettings.model_fields[PADDING], padding)
+    if doubt:
+        reader.note(Status.DOUBTFUL, PADDING, doubt)
     footprint = _footprint(reader)
     if footprint is None:
-        return Outline(None, reader.value("robot_radius"), padding)
+        is_wrong = reader.node.get("footprint") not in (None, *NO_FOOTPRINT)
+        return Outline(None, reader.value("robot_radius", 0.1 if is_wrong else None), padding)
     if reader.given("robot_radius"):
         reader.note(Status.UNREAD, "robot_radius", "footprint is given, too, and overrides it")
     polygon, origin = shapely.Polygon(footprint), shapely.Point(0.0, 0.0)
@@ -85,7 +93,7 @@ def read_outline(reader: NodeReader) -> Outline:
 
 def _footprint(reader: NodeReader) -> list[list[float]] | None:
     given = reader.value("footprint")
-    if given is None or given in ("", "[]", []):
+    if given is None or given in NO_FOOTPRINT:
         return None
     corners = parse_points(given) if isinstance(given, str) else given
     if isinstance(given, list):
@@ -96,7 +104,11 @@ def _footprint(reader: NodeReader) -> list[list[float]] | None:
         listed = corners if isinstance(corners, list) else []
         wrong = next((corner for corner in listed if not are_corners([corner])), None)
         got = f"{str(given)[:60]!r}" if wrong is None else f"the corner {str(wrong)[:60]}"
-        raise reader.fault("footprint", f"{text}, got {got}")
+        if not isinstance(given, str):
+            raise reader.fault("footprint", f"{text}, got {got}")
+        remark = f"{text}, got {got}: robot_radius, by default 0.1 m, is used in its place"
+        reader.note(Status.DOUBTFUL, "footprint", remark)
+        return None
     return [[float(x), float(y)] for x, y in corners]
 
 

@@ -19,6 +19,7 @@ from drake_navbench.inputs.overrides import merged
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.nav2.body import costmap_body, drive_for, note_body, with_body
+from drake_navbench.nav2.bt_navigator import read_bt_navigator
 from drake_navbench.nav2.collision_monitor import read_collision_monitor
 from drake_navbench.nav2.columns import column_rows
 from drake_navbench.nav2.controller_server import read_controller_server
@@ -76,7 +77,6 @@ from drake_navbench.nav2.release import (
 from drake_navbench.nav2.sensors import Nav2Sensors
 from drake_navbench.nav2.servers import (
     read_behavior_server,
-    read_bt_navigator,
     read_planner_server,
     read_smoother_server,
     read_velocity_smoother,

@@ -1,8 +1,8 @@
 """Reads the servers of a Nav2 file, without controllers and costmaps, into a robot's settings.
 
 Each function takes a node and returns fields of `NavigationSettings`, checked. A parameter that is
-missing has Nav2's default. Sources: nav2_planner, nav2_behaviors, nav2_bt_navigator,
-nav2_waypoint_follower, nav2_velocity_smoother, nav2_collision_monitor.
+missing has Nav2's default. The trees of bt_navigator are read in `bt_navigator`. Sources:
+nav2_planner, nav2_behaviors, nav2_waypoint_follower, nav2_velocity_smoother, nav2_smoother.
 """
 
 from __future__ import annotations
@@ -13,19 +13,10 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import Status
 from drake_navbench.nav2.controller_server import plugin_block
-from drake_navbench.nav2.loadable import fault_of_tree_node
 from drake_navbench.nav2.node_reader import WITHOUT_MEANING, NodeReader
-from drake_navbench.nav2.tree_files import installed_tree, tree_beside
-from drake_navbench.navigation.behavior_tree.description import NodeDescription
-from drake_navbench.navigation.behavior_tree.settings import (
-    NAVIGATOR_OF,
-    RECOVERY_ACTIONS,
-    BehaviorTreeSettings,
-)
-from drake_navbench.navigation.behavior_tree.tree_file import read_tree_file
+from drake_navbench.navigation.behavior_tree.settings import RECOVERY_ACTIONS
 from drake_navbench.navigation.behaviors import (
     BEHAVIORS,
     BehaviorServerParameters,
@@ -49,25 +40,12 @@ NAVFN = "nav2_navfn_planner::NavfnPlanner"
 # Fields of a planner that no Nav2 file has.
 NOT_NAV2S = {"plugin", "expansions_per_second", RELEASE_FIELD}
 TURNING_RADIUS = "minimum_turning_radius"
-CORNERS = "how_many_corners"
 PARTIAL_PLAN = "allow_partial_planning"
 SIMPLE_SMOOTHER = SimpleSmoother.nav2_plugin
 DEFAULT_SMOOTHER = "simple_smoother"
 WAIT_AT_WAYPOINT = "nav2_waypoint_follower::WaitAtWaypoint"
 # The name that Nav2's default behaviour tree asks for if there are several planners.
 DEFAULT_PLANNER = "GridBased"
-# The parameter that names a tree's file -> the field for the tree. Then its names up to Foxy.
-TREE_FILE = "default_nav_to_pose_bt_xml"
-TREE_FILES = {TREE_FILE: "tree", "default_nav_through_poses_bt_xml": "through_poses_tree"}
-OLD_TREE_FILES = ("default_bt_xml_filename", "bt_xml_filename")
-# Names of the default trees in Nav2's releases.
-DEFAULT_TREES = {
-    "tree": {
-        "navigate_w_replanning_and_recovery.xml",
-        "navigate_to_pose_w_replanning_and_recovery.xml",
-    },
-    "through_poses_tree": {"navigate_through_poses_w_replanning_and_recovery.xml"},
-}
 # Behaviours of Nav2: type without its package -> the default tree's recovery action.
 RECOVERY_OF: Mapping[str, str] = {
     "Spin": "spin",
@@ -76,6 +54,8 @@ RECOVERY_OF: Mapping[str, str] = {
     "DriveOnHeading": "",
     "AssistedTeleop": "",
 }
+# The velocity smoother's parameters with a number for each axis.
+SMOOTHER_LISTS = ("max_velocity", "min_velocity", "max_accel", "max_decel", "deadband_velocity")
 # The behaviours with `DriveLimits`.
 STRAIGHT = ("backup", "drive_on_heading")
 BEHAVIOR_PACKAGES = ("nav2_behaviors", "nav2_recoveries")
@@ -131,23 +111,11 @@ def _planner(
     if model is SmacPlannerHybridParameters:
         return _hybrid_planner(reader, name, release, cell_m) | rules
     if model is not SmacPlanner2DParameters:
-        apart = {*NOT_NAV2S, *_noted_corners(reader, f"{name}.{CORNERS}", model)}
-        names = [field for field in model.model_fields if field not in apart]
+        names = [field for field in model.model_fields if field not in NOT_NAV2S]
         return reader.block(model, f"{name}.", names=names) | rules
     ours = {*_classic({}), *NOT_NAV2S}
     names = [field for field in model.model_fields if field not in ours]
     return _classic(reader.block(model, f"{name}.", names=names) | rules)
-
-
-def _noted_corners(reader: NodeReader, name: str, model: type[BaseModel]) -> set[str]:
-    """Returns the parameter of Theta* whose value in the file Nav2 overrides, else nothing."""
-    if CORNERS not in model.model_fields or not reader.given(name):
-        return set()
-    count = reader.value(name)
-    if isinstance(count, bool) or not isinstance(count, int) or count in (4, 8):
-        return set()
-    reader.note(Status.OTHER_FORM, name, f"8, as in Nav2, in place of {count}")
-    return {CORNERS}
 
 
 def _hybrid_planner(reader: NodeReader, name: str, release: Release, cell_m: float) -> Fields:
@@ -189,15 +157,7 @@ def _classic(values: Fields) -> Fields:
 
 def read_behavior_server(reader: NodeReader) -> Fields:
     """Returns the behaviours, and those of them that the default tree uses as recoveries."""
-    least = "min_rotational_vel"
-    names = [field for field in BehaviorServerParameters.model_fields if field != least]
-    values = reader.block(BehaviorServerParameters, names=names)
-    if reader.number(least, 0.0) < 0.0:
-        # A spin is never slower than 0, so that 0 has the same effect.
-        reader.note(Status.OTHER_FORM, least, "as 0, to the same effect")
-        values[least] = 0.0
-    else:
-        values |= reader.block(BehaviorServerParameters, names=(least,))
+    values = reader.block(BehaviorServerParameters)
     for behavior in STRAIGHT:
         if behavior in values:
             values[behavior] = _drive_limits(reader, values[behavior])
@@ -252,66 +212,6 @@ def _recovery_action(reader: NodeReader, name: str, plugin_type: str) -> str:
     return ""
 
 
-def read_bt_navigator(reader: NodeReader, release: Release) -> Fields:
-    """Returns the navigators' behaviour trees: the default ones, or those of XML files."""
-    values = reader.block(BehaviorTreeSettings, names=("bt_loop_duration",))
-    for name in TREE_FILES:
-        if reader.text(name).rpartition("/")[2]:
-            values |= _tree_of(reader, name, release)
-    for name in OLD_TREE_FILES:
-        if reader.text(name).rpartition("/")[2] in DEFAULT_TREES["tree"]:
-            reader.note(Status.NO_MEANING, name)
-        elif reader.given(name):
-            reader.note(Status.UNREAD, name, f"since galactic {TREE_FILE} is read in its place")
-    reader.finish(WITHOUT_MEANING["bt_navigator"])
-    return {"behavior_tree": values}
-
-
-def _tree_of(reader: NodeReader, name: str, release: Release) -> Fields:
-    """Returns the tree of an XML file, nothing where it cannot be used."""
-    named, field = reader.text(name), TREE_FILES[name]
-    file_name = named.rpartition("/")[2]
-    folder = reader.node.parameters[name].file.parent
-    found = tree_beside(folder, named)
-    if found is None and file_name in DEFAULT_TREES[field]:
-        return {}
-    if found is None:
-        found = installed_tree(file_name, release)
-        if found is not None:
-            reader.note(Status.OTHER_FORM, name, f"that of the installed Nav2, {found}")
-    if found is None:
-        remark = f"{file_name}: not beside the file; Nav2's default tree is used instead"
-        reader.note(Status.STAND_IN, name, remark)
-        return {}
-    # Imported late: py_trees takes a while, and few files name a tree.
-    from drake_navbench.navigation.behavior_tree.builder import faults_of
-
-    try:
-        tree = read_tree_file(found)
-    except InputError as error:
-        reader.note(Status.STAND_IN, name, f"{error}; Nav2's default tree is used instead")
-        return {}
-    faults = list(faults_of(tree, NAVIGATOR_OF[field]))
-    if not faults:
-        _note_absent_nodes(reader, name, tree)
-        return {field: tree.model_dump(mode="json")}
-    told = "; ".join(f"line {fault.line}, {fault}" for fault in faults)
-    remark = f"{file_name}: {told}; Nav2's default tree is used instead"
-    reader.note(Status.STAND_IN, name, remark)
-    return {}
-
-
-def _note_absent_nodes(reader: NodeReader, name: str, tree: NodeDescription) -> None:
-    """Notes the nodes of a tree that the release lacks; name: the parameter of the tree's file."""
-    found = {node.node: node for node in tree.iterate()}
-    faults = {kind: fault_of_tree_node(kind, reader.release) for kind in found}
-    told = [f"line {found[kind].line}, {kind} {fault}" for kind, fault in faults.items() if fault]
-    if told:
-        file_name = reader.text(name).rpartition("/")[2]
-        remark = f"{file_name}: {'; '.join(told)}: bt_navigator does not start"
-        reader.note(Status.STAND_IN, name, f"{remark}; used here all the same")
-
-
 def read_waypoint_follower(reader: NodeReader) -> Fields:
     """Returns the waypoint follower with its pause at each waypoint."""
     values = reader.block(WaypointFollowerParameters, names=("stop_on_failure",))
@@ -329,9 +229,34 @@ def read_waypoint_follower(reader: NodeReader) -> Fields:
 
 def read_velocity_smoother(reader: NodeReader) -> Fields:
     """Returns the velocity smoother."""
-    values = reader.block(VelocitySmootherParameters)
+    model = VelocitySmootherParameters
+    lists = {name: reader.value(name) for name in SMOOTHER_LISTS if reader.given(name)}
+    is_six = reader.release >= Release.LYRICAL and all(
+        isinstance(given, list) and len(given) == 6 for given in lists.values()
+    )
+    if len(lists) < len(SMOOTHER_LISTS) or not is_six:
+        values = reader.block(model)
+    else:
+        values = reader.block(model, names=model.model_fields.keys() - lists.keys())
+        for name, (x, y, _, _, _, yaw) in lists.items():
+            reader.note(Status.OTHER_FORM, name, "of the six axes x, y and yaw")
+            values[name] = [x, y, yaw]
+        values = reader.checked(model, values)
+    _require_standstill(reader, values)
     reader.finish({"odom_duration", "stamp_smoothed_velocity_with_smoothing_time"})
     return {"velocity_smoother": values}
+
+
+def _require_standstill(reader: NodeReader, values: Fields) -> None:
+    """Requires limits that let the robot stand, without which only Humble's smoother starts."""
+    parameters = VelocitySmootherParameters(**values)
+    if all(least <= 0.0 <= most for least, most in parameters.ranges):
+        return
+    name = "min_velocity" if max(parameters.min_velocity) > 0.0 else "max_velocity"
+    told = "the robot never stands still"
+    if reader.release > Release.HUMBLE:
+        raise reader.fault(name, f"{told}, and the smoother of {reader.release} does not start")
+    reader.note(Status.DOUBTFUL, name, told)
 
 
 def read_smoother_server(reader: NodeReader, *, is_asked: bool) -> Fields:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Any, ClassVar, NamedTuple, Protocol
+from typing import Annotated, Any, ClassVar, NamedTuple, Protocol
 
 from pydantic import Field
 
@@ -30,6 +30,7 @@ from drake_navbench.typed_files.quantities import (
     Speed,
 )
 from drake_navbench.typed_files.typed_yaml import FrozenModel
+from drake_navbench.typed_files.usual_values import not_negative, with_sign
 
 # A spin is over when less than this is left of it, rad.
 NEGLIGIBLE_ANGLE_RAD = 1e-6
@@ -56,17 +57,19 @@ class DriveLimits(FrozenModel):
         "minimum_speed": RAMP._replace(defaults=before(Release.KILTED, 0.0)),
     }
 
-    acceleration_limit: Acceleration | None = Field(
+    acceleration_limit: Annotated[Acceleration | None, with_sign(+1)] = Field(
         2.5,
         ge=0.0,
         description="Largest acceleration of the behaviours' commands [m/s^2]; null: no limit.",
     )
-    deceleration_limit: Acceleration | None = Field(
+    deceleration_limit: Annotated[Acceleration | None, with_sign(-1)] = Field(
         -2.5,
         le=0.0,
         description="Largest deceleration of the behaviours' commands [m/s^2]; null: no limit.",
     )
-    minimum_speed: Speed = Field(0.10, ge=0.0, description="Slowest speed [m/s].")
+    minimum_speed: Annotated[Speed, not_negative("as 0")] = Field(
+        0.10, description="Slowest speed [m/s]."
+    )
 
 
 BEHAVIORS = PluginKind(
@@ -90,13 +93,15 @@ class BehaviorServerParameters(PluginBlocks):
     cycle_frequency: Frequency = Field(
         10.0, gt=0.0, description="Rate of the behaviours' control cycles [Hz]."
     )
-    simulate_ahead_time: Duration = Field(
-        2.0, ge=0.0, description="Time ahead for which collisions are predicted [s]."
+    simulate_ahead_time: Annotated[Duration, not_negative("no collision is predicted")] = Field(
+        2.0, description="Time ahead for which collisions are predicted [s]."
     )
     max_rotational_vel: AngularSpeed = Field(
         1.0, ge=0.0, description="Fastest spin [rad/s]; at 0 the robot does not spin."
     )
-    min_rotational_vel: AngularSpeed = Field(0.4, ge=0.0, description="Slowest spin [rad/s].")
+    min_rotational_vel: Annotated[AngularSpeed, not_negative("as 0")] = Field(
+        0.4, description="Slowest spin [rad/s]."
+    )
     rotational_acc_lim: AngularAcceleration = Field(
         3.2, ge=0.0, description="Largest angular deceleration of a spin [rad/s^2]."
     )

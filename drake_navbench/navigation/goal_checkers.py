@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import ClassVar, Literal, NamedTuple
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
@@ -27,6 +27,7 @@ from drake_navbench.plugins.parameters import PluginParameters
 from drake_navbench.plugins.releases import ReadBy, Release, before, since
 from drake_navbench.typed_files.quantities import Angle, AngularSpeed, Length, Speed
 from drake_navbench.typed_files.typed_yaml import FrozenModel
+from drake_navbench.typed_files.usual_values import not_negative
 
 # Closer to the goal than this, the direction towards it counts as undefined (AxisGoalChecker).
 NEGLIGIBLE_DISTANCE_M = 1e-6
@@ -41,19 +42,19 @@ class PositionGoalCheckerParameters(FrozenModel):
     }
 
     plugin: Literal["nav2_controller::PositionGoalChecker"] = "nav2_controller::PositionGoalChecker"
-    xy_goal_tolerance: Length = Field(
-        0.25, ge=0.0, description="Distance to the goal that counts as reached [m]."
-    )
-    path_length_tolerance: Length | None = Field(
-        1.0,
-        ge=0.0,
-        description="Length of the local plan above which the goal is not reached [m]; null, "
-        "as up to Kilted: no such limit.",
+    xy_goal_tolerance: Annotated[
+        Length, not_negative("the checker takes its size, the controllers the negative number")
+    ] = Field(0.25, description="Distance to the goal that counts as reached [m].")
+    path_length_tolerance: Annotated[Length | None, not_negative("the robot never arrives")] = (
+        Field(
+            1.0,
+            description="Length of the local plan above which the goal is not reached [m]; null, "
+            "as up to Kilted: no such limit.",
+        )
     )
     stateful: bool = Field(True, description="Keep the position as reached once it was reached.")
-    xy_goal_tolerance_buffer: Length = Field(
+    xy_goal_tolerance_buffer: Annotated[Length, not_negative("as 0")] = Field(
         0.0,
-        ge=0.0,
         description="Distance beyond the tolerance at which `stateful` is undone [m]; 0: never.",
     )
 
@@ -67,8 +68,8 @@ class SimpleGoalCheckerParameters(PositionGoalCheckerParameters):
 
     # A derived set of parameters has a tag of its own.
     plugin: Literal["nav2_controller::SimpleGoalChecker"] = "nav2_controller::SimpleGoalChecker"  # type: ignore[assignment]
-    yaw_goal_tolerance: Angle = Field(
-        0.25, ge=0.0, description="Heading error that counts as reached [rad]."
+    yaw_goal_tolerance: Annotated[Angle, not_negative("the robot never arrives")] = Field(
+        0.25, description="Heading error that counts as reached [rad]."
     )
     symmetric_yaw_tolerance: bool = Field(
         False, description="Accept the goal's heading turned by 180 degrees as well."
@@ -80,12 +81,12 @@ class StoppedGoalCheckerParameters(SimpleGoalCheckerParameters):
 
     # A derived set of parameters has a tag of its own.
     plugin: Literal["nav2_controller::StoppedGoalChecker"] = "nav2_controller::StoppedGoalChecker"  # type: ignore[assignment]
-    trans_stopped_velocity: Speed = Field(
-        0.25, ge=0.0, description="Speed below which the robot stands [m/s]."
-    )
-    rot_stopped_velocity: AngularSpeed = Field(
-        0.25, ge=0.0, description="Turn rate below which the robot stands [rad/s]."
-    )
+    trans_stopped_velocity: Annotated[
+        Speed, not_negative("the robot never stands, and so never arrives")
+    ] = Field(0.25, description="Speed below which the robot stands [m/s].")
+    rot_stopped_velocity: Annotated[
+        AngularSpeed, not_negative("the robot never stands, and so never arrives")
+    ] = Field(0.25, description="Turn rate below which the robot stands [rad/s].")
 
 
 class XyLatch(NamedTuple):
@@ -186,14 +187,14 @@ class AxisGoalCheckerParameters(FrozenModel):
     """Parameters of nav2_controller::AxisGoalChecker."""
 
     plugin: Literal["nav2_controller::AxisGoalChecker"] = "nav2_controller::AxisGoalChecker"
-    along_path_tolerance: Length = Field(
-        0.25, ge=0.0, description="Tolerance along the end direction of the path [m]."
-    )
-    cross_track_tolerance: Length = Field(
-        0.25, ge=0.0, description="Tolerance across the end direction of the path [m]."
-    )
-    path_length_tolerance: Length = Field(
-        1.0, ge=0.0, description="Length of the local plan above which the goal is not reached [m]."
+    along_path_tolerance: Annotated[
+        Length, not_negative("the robot arrives, if at all, only beyond or on the goal")
+    ] = Field(0.25, description="Tolerance along the end direction of the path [m].")
+    cross_track_tolerance: Annotated[
+        Length, not_negative("the robot arrives, if at all, only beyond or on the goal")
+    ] = Field(0.25, description="Tolerance across the end direction of the path [m].")
+    path_length_tolerance: Annotated[Length, not_negative("the robot never arrives")] = Field(
+        1.0, description="Length of the local plan above which the goal is not reached [m]."
     )
     is_overshoot_valid: bool = Field(False, description="Accept any distance beyond the goal.")
 

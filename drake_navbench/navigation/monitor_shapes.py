@@ -24,6 +24,7 @@ from drake_navbench.typed_files.quantities import (
     Speed,
 )
 from drake_navbench.typed_files.typed_yaml import FrozenModel, QuietModel
+from drake_navbench.typed_files.usual_values import Usual
 
 # v m/s, w rad/s, vy m/s.
 Command = tuple[float, float, float]
@@ -45,7 +46,9 @@ class _Shape(QuietModel):
     action_type: Literal["stop", "slowdown", "limit", "approach", "none"] = Field(
         "approach", description="Action when at least min_points points are inside the shape."
     )
-    min_points: Count = Field(4, ge=1, description="Number of points from which the shape acts.")
+    min_points: Annotated[Count, Usual("the shape acts all the time", low=1.0)] = Field(
+        4, description="Number of points from which the shape acts."
+    )
     slowdown_ratio: float = Field(
         0.5, ge=0.0, le=1.0, description="Factor on the command while slowing down."
     )

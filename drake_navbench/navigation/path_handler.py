@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,6 +19,7 @@ from drake_navbench.kernels.path_pruning import (
 )
 from drake_navbench.typed_files.quantities import Angle, Length
 from drake_navbench.typed_files.typed_yaml import FrozenModel
+from drake_navbench.typed_files.usual_values import not_negative
 
 
 class PathHandlerParameters(FrozenModel):
@@ -40,12 +41,13 @@ class PathHandlerParameters(FrozenModel):
     enforce_path_rotation: bool = Field(
         False, description="Drive to each turn in place of the plan before the part behind it."
     )
-    inversion_xy_tolerance: Length = Field(
-        0.2, ge=0.0, description="Distance at which the robot has arrived at a cusp or turn [m]."
-    )
-    inversion_yaw_tolerance: Angle = Field(
+    inversion_xy_tolerance: Annotated[
+        Length, not_negative("no cusp or turn in place counts as reached")
+    ] = Field(0.2, description="Distance at which the robot has arrived at a cusp or turn [m].")
+    inversion_yaw_tolerance: Annotated[
+        Angle, not_negative("no cusp or turn in place counts as reached")
+    ] = Field(
         0.4,
-        ge=0.0,
         description="Heading error at which the robot has arrived at a cusp or turn [rad].",
     )
     minimum_rotation_angle: Angle = Field(

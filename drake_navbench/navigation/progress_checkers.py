@@ -6,7 +6,7 @@ Source: nav2_controller, branch lyrical.
 from __future__ import annotations
 
 import math
-from typing import Any, Literal, NamedTuple, Protocol
+from typing import Annotated, Any, Literal, NamedTuple, Protocol
 
 from pydantic import Field
 
@@ -16,6 +16,7 @@ from drake_navbench.plugins.kinds import PluginKind
 from drake_navbench.plugins.parameters import PluginParameters
 from drake_navbench.typed_files.quantities import Angle, Duration, Length
 from drake_navbench.typed_files.typed_yaml import FrozenModel
+from drake_navbench.typed_files.usual_values import not_negative
 
 # Times are compared in whole nanoseconds, as Nav2 does, so that 10.05 s - 0.05 s is 10 s. A
 # parameter is cut to them: 2.05 s is 2,049,999,999 ns.
@@ -56,12 +57,12 @@ class SimpleProgressCheckerParameters(FrozenModel):
     plugin: Literal["nav2_controller::SimpleProgressChecker"] = (
         "nav2_controller::SimpleProgressChecker"
     )
-    required_movement_radius: Length = Field(
-        0.5, ge=0.0, description="Distance that counts as progress [m]."
-    )
-    movement_time_allowance: Duration = Field(
-        10.0, ge=0.0, description="Time within which the robot must make progress [s]."
-    )
+    required_movement_radius: Annotated[
+        Length, not_negative("every position counts as progress")
+    ] = Field(0.5, description="Distance that counts as progress [m].")
+    movement_time_allowance: Annotated[
+        Duration, not_negative("the task fails at the first cycle without progress")
+    ] = Field(10.0, description="Time within which the robot must make progress [s].")
 
 
 class PoseProgressCheckerParameters(SimpleProgressCheckerParameters):
@@ -69,8 +70,8 @@ class PoseProgressCheckerParameters(SimpleProgressCheckerParameters):
 
     # A derived set of parameters has a tag of its own.
     plugin: Literal["nav2_controller::PoseProgressChecker"] = "nav2_controller::PoseProgressChecker"  # type: ignore[assignment]
-    required_movement_angle: Angle = Field(
-        0.5, ge=0.0, description="Turn that counts as progress [rad]."
+    required_movement_angle: Annotated[Angle, not_negative("every heading counts as progress")] = (
+        Field(0.5, description="Turn that counts as progress [rad].")
     )
 
 

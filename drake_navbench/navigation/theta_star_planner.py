@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from itertools import pairwise
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,6 +31,7 @@ from drake_navbench.navigation.planner import (
 )
 from drake_navbench.plugins.releases import NEWEST_RELEASE, ReadBy, Release, since
 from drake_navbench.typed_files.typed_yaml import FrozenModel
+from drake_navbench.typed_files.usual_values import one_of
 
 
 class ThetaStarPlannerParameters(FrozenModel):
@@ -48,7 +49,7 @@ class ThetaStarPlannerParameters(FrozenModel):
         description="Nav2 release whose rules apply: up to Kilted lines of sight run between the "
         "cells' corners; Iron refuses a start on a lethal cell and enters no cell of cost 252.",
     )
-    how_many_corners: Literal[4, 8] = Field(
+    how_many_corners: Annotated[Literal[4, 8], one_of((4, 8), 8)] = Field(
         8, description="Number of neighbours of a cell [cells]."
     )
     allow_unknown: bool = Field(True, description="Let paths cross unknown cells.")

@@ -6,7 +6,7 @@ Source: nav2_velocity_smoother, branch lyrical.
 from __future__ import annotations
 
 import math
-from typing import Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -14,6 +14,7 @@ from pydantic import Field, model_validator
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.typed_files.quantities import Duration, Frequency, Number
 from drake_navbench.typed_files.typed_yaml import FrozenModel
+from drake_navbench.typed_files.usual_values import not_negative
 
 PerAxis = tuple[Number, Number, Number]
 
@@ -54,9 +55,9 @@ class VelocitySmootherParameters(FrozenModel):
     deadband_velocity: PerAxis = Field(
         (0.0, 0.0, 0.0), description="Output below which an axis is set to 0 [m/s, m/s, rad/s]."
     )
-    velocity_timeout: Duration = Field(
-        1.0, ge=0.0, description="Age of the last command above which the robot is stopped [s]."
-    )
+    velocity_timeout: Annotated[
+        Duration, not_negative("every command counts as too old, so the robot stands still")
+    ] = Field(1.0, description="Age of the last command above which the robot is stopped [s].")
 
     @property
     def period_s(self) -> float:
@@ -66,14 +67,22 @@ class VelocitySmootherParameters(FrozenModel):
         """
         return math.floor(1000.0 / self.smoothing_frequency) / 1000.0
 
+    @property
+    def ranges(self) -> list[tuple[float, float]]:
+        """The least and the largest velocity along x, y and theta, m/s and rad/s."""
+        return list(zip(self.min_velocity, self.max_velocity, strict=True))
+
     @model_validator(mode="after")
     def _check(self) -> VelocitySmootherParameters:
-        for name in ("max_velocity", "max_accel"):
-            if min(getattr(self, name)) < 0.0:
-                raise ValueError(f"{name}: got {list(getattr(self, name))}, expected no negative")
-        for name in ("min_velocity", "max_decel"):
-            if max(getattr(self, name)) > 0.0:
-                raise ValueError(f"{name}: got {list(getattr(self, name))}, expected no positive")
+        if min(self.max_accel) < 0.0:
+            raise ValueError(f"max_accel: got {list(self.max_accel)}, expected no negative")
+        if max(self.max_decel) > 0.0:
+            raise ValueError(f"max_decel: got {list(self.max_decel)}, expected no positive")
+        if any(least > most for least, most in self.ranges):
+            raise ValueError(
+                f"min_velocity: got {list(self.min_velocity)}, expected at most max_velocity, "
+                f"{list(self.max_velocity)}"
+            )
         return self
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Annotated
 
 from pydantic import Field
 
@@ -10,6 +11,7 @@ from drake_navbench.kernels.immutable import Immutable
 from drake_navbench.navigation.task import Leg, TaskState, TaskStatus
 from drake_navbench.typed_files.quantities import Count
 from drake_navbench.typed_files.typed_yaml import FrozenModel
+from drake_navbench.typed_files.usual_values import not_negative
 
 STOP_ON_MISSED_WAYPOINT = 603
 MILLISECONDS_PER_SECOND = 1e3
@@ -22,8 +24,8 @@ class WaitAtWaypointParameters(FrozenModel):
     """Parameters of nav2_waypoint_follower::WaitAtWaypoint."""
 
     enabled: bool = Field(True, description="Wait at each waypoint.")
-    waypoint_pause_duration: Count = Field(
-        0, ge=0, description="Duration of the wait at each waypoint [ms]."
+    waypoint_pause_duration: Annotated[Count, not_negative("as 0")] = Field(
+        0, description="Duration of the wait at each waypoint [ms]."
     )
 
 
@@ -37,7 +39,8 @@ class WaypointFollowerParameters(FrozenModel):
     def pause_s(self) -> float:
         """The pause at each waypoint, s."""
         wait = self.wait_at_waypoint
-        return wait.waypoint_pause_duration / MILLISECONDS_PER_SECOND if wait.enabled else 0.0
+        pause_ms = max(0, wait.waypoint_pause_duration) if wait.enabled else 0
+        return pause_ms / MILLISECONDS_PER_SECOND
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from drake_navbench.nav2.node_reader import Offer
 from drake_navbench.plugins.releases import RELEASE_FIELD, Release, read_by
 from drake_navbench.typed_files.dotted_names import flattened
 from drake_navbench.typed_files.quantities import Within
+from drake_navbench.typed_files.usual_values import Usual
 
 UNIT = re.compile(r"\s*\[([^\]]+)\]")
 # A slider reaches this many times the larger of default and value, unless a bound is nearer.
@@ -187,7 +188,7 @@ def _range(
     low = -size if min(value, usual) < 0.0 else 0.0
     high = 0.0 if max(value, usual) <= 0.0 and low < 0.0 else size
     for bound in info.metadata:
-        if isinstance(bound, Within):
+        if isinstance(bound, Within | Usual):
             low, high = max(low, bound.low), min(high, bound.high)
             continue
         low = max(low, getattr(bound, "ge", None) or getattr(bound, "gt", None) or low)
@@ -200,7 +201,10 @@ def _range(
     if is_whole:
         return math.floor(low), math.ceil(max(high, value, low + 1)), 1.0
     step = 10.0 ** math.floor(math.log10((high - low) / STEPS)) if high > low else 0.01
-    is_open = any(getattr(bound, "gt", None) is not None for bound in info.metadata)
+    is_open = any(
+        getattr(bound, "gt", None) is not None or getattr(bound, "is_open", False)
+        for bound in info.metadata
+    )
     low = low + step if is_open and low == 0.0 else low
     return min(low, value), float(f"{max(high, value):.9g}"), step
 

@@ -364,29 +364,44 @@ THROUGH = PLAIN.replace(
 )
 
 
-@pytest.mark.parametrize(
-    ("parameter", "text", "told"),
-    [
-        ("default_nav_through_poses_bt_xml", THROUGH, ""),
-        ("default_nav_through_poses_bt_xml", PLAIN, "ComputePathToPose: goal: no node writes"),
-        ("default_nav_to_pose_bt_xml", THROUGH, "input_goals: no node writes {goals}"),
-    ],
-)
-def test_each_navigator_has_its_own_tree_and_writes_its_own_variable(
-    tmp_path, parameter, text, told
-):
-    write(tmp_path, text)
-    path = tmp_path / "nav2.yaml"
-    named = f"{parameter}: drive.xml"
-    path.write_text(JAZZY.read_text().replace("bt_loop_duration: 20", named))
-    setup = read_nav2_files([path], load_robot("round_robot"), "round_robot")
+def test_each_navigator_has_a_tree_of_its_own(tmp_path):
+    setup = setup_naming(tmp_path, "default_nav_through_poses_bt_xml: drive.xml", THROUGH)
     trees = setup.robot.navigation.behavior_tree
     assert trees.tree is None
-    assert [told in row.remark for row in setup.check.stand_ins] == ([True] if told else [])
-    assert (trees.through_poses_tree is None) is bool(told)
-    if not told:
-        found = [node for node in trees.through_poses_tree.iterate() if node.node == "RoundRobin"]
-        assert found[0].attributes == {"wrap_around": "true"}
+    assert not setup.check.stand_ins
+    found = [node for node in trees.through_poses_tree.iterate() if node.node == "RoundRobin"]
+    assert found[0].attributes == {"wrap_around": "true"}
+
+
+DEFAULT_TO_POSE = "/opt/x/navigate_to_pose_w_replanning_and_recovery.xml"
+
+
+@pytest.mark.parametrize(
+    ("named", "text", "tasks"),
+    [
+        ("default_nav_through_poses_bt_xml: drive.xml", PLAIN, "through poses"),
+        (f"default_nav_through_poses_bt_xml: {DEFAULT_TO_POSE}", PLAIN, "through poses"),
+        ("default_nav_to_pose_bt_xml: drive.xml", THROUGH, "to a single pose"),
+    ],
+)
+def test_a_tree_for_the_other_navigator_starts_and_finds_no_plan(tmp_path, named, text, tasks):
+    setup = setup_naming(tmp_path, named, text)
+    assert not setup.check.stand_ins
+    (row,) = (row for row in setup.check.rows if "for the other navigator" in row.remark)
+    assert row.status is Status.DOUBTFUL
+    assert row.remark.endswith(f"no task {tasks} finds a plan")
+    trees = setup.robot.navigation.behavior_tree
+    tree = trees.through_poses_tree if tasks == "through poses" else trees.tree
+    plans = {node.node for node in tree.iterate() if node.node.startswith("ComputePath")}
+    assert plans == {"ComputePathThroughPoses" if text is THROUGH else "ComputePathToPose"}
+
+
+def setup_naming(folder, named, text):
+    """The setup of a Nav2 file for Jazzy that names a tree, beside which drive.xml has `text`."""
+    write(folder, text)
+    path = folder / "nav2.yaml"
+    path.write_text(JAZZY.read_text().replace("bt_loop_duration: 20", named))
+    return read_nav2_files([path], load_robot("round_robot"), "round_robot")
 
 
 def test_behaviortree_cpp_3_also_writes_variables_with_a_dollar(tmp_path):

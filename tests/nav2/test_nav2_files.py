@@ -218,7 +218,6 @@ def test_points_are_read_as_nav2_reads_them(text, points):
 @pytest.mark.parametrize(
     ("parameters", "fault"),
     [
-        ('footprint: "[[0.1, 0.1], [x"', "footprint: expected '[[x, y], [x, y], ...]'"),
         ('footprint: "[[1, 1], [2, 1], [2, 2]]"', "footprint must be a simple polygon"),
         ("robot_radius: -1.0", "robot_radius: expected 0.0001 to 10000, got -1.0"),
         ("resolution: 1.0e-9", "resolution: expected 0.001 to 100, got 1e-09"),
@@ -373,8 +372,16 @@ def test_a_node_within_the_parameters_of_another_is_not_read(setup_of):
 def test_a_corner_that_is_none_is_named(setup_of):
     """A comma in place of a point makes three numbers of two."""
     corners = "'[[0.5, 0.2], [0.5, -0,2], [-0.5, 0.0]]'"
-    with pytest.raises(InputError, match=r"at least 3 corners, got the corner \[0.5, -0.0, 2.0\]"):
-        setup_of(COLUMN, LOCAL % f"footprint: {corners}")
+    setup = setup_of(COLUMN, LOCAL % f"footprint: {corners}, robot_radius: 0.3")
+    row = row_of(setup, "footprint")
+    told = "got the corner [0.5, -0.0, 2.0]: robot_radius, by default 0.1 m, is used in its place"
+    assert (row.status, row.remark.endswith(told)) == (Status.DOUBTFUL, True)
+    assert setup.robot.robot_radius == 0.3
+
+
+def test_a_footprint_that_is_none_leaves_nav2s_radius(setup_of):
+    setup = setup_of(COLUMN, LOCAL % "footprint: __FOOTPRINT__")
+    assert (setup.robot.footprint, setup.robot.robot_radius) == (None, 0.1)
 
 
 @pytest.mark.parametrize(("tolerance_m", "is_told"), [(2.5, True), (0.6, False), (0.25, False)])

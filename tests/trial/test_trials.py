@@ -265,7 +265,7 @@ def test_with_patience_the_server_waits_and_then_gives_up():
     assert (log.samples["command_v_mps"] == 0.0).all()
 
 
-@pytest.mark.parametrize(("patience_s", "cycles"), [(0.0, 1), (0.06, 3)])
+@pytest.mark.parametrize(("patience_s", "cycles"), [(0.0, 1), (-2.0, 1), (0.06, 3)])
 def test_the_last_cycle_is_in_the_log_where_the_trial_ends_between_two_samples(patience_s, cycles):
     def never(observation, memory):
         raise NoValidControl("no way")

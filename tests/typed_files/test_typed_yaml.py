@@ -3,7 +3,6 @@
 import pytest
 
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.navigation_settings import ControllerServerSettings
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.typed_files.typed_yaml import MAX_FAULTS_SHOWN, parse_yaml, validate
@@ -68,18 +67,6 @@ def test_a_negative_size_names_the_bound():
     world = {"obstacles": [{"type": "cylinder", "centre": [3, 3], "radius_m": -0.1}]}
     (line,) = lines_of(MINIMAL | {"world": world})
     assert line.endswith("radius_m: expected 0.0001 to 10000, got -0.1")
-
-
-@pytest.mark.parametrize(("patience_s", "is_fine"), [(-1.0, True), (0.0, True), (-0.5, False)])
-def test_patience_is_minus_one_or_not_negative(patience_s, is_fine):
-    data = {"failure_tolerance": patience_s}
-    if is_fine:
-        assert (
-            validate(ControllerServerSettings, data, "robot.yaml").failure_tolerance == patience_s
-        )
-    else:
-        (line,) = lines_of(data, ControllerServerSettings)
-        assert line == "task.yaml: failure_tolerance: expected -1 or at least 0, got -0.5"
 
 
 def test_infinity_is_refused():

@@ -68,14 +68,25 @@ def build_tree(
 ) -> TreeNode:
     """Returns the root of a navigator's tree whose leaves read and write `board`.
 
-    Raises NotOurs where a node, a number of children or an attribute is not supported.
+    A tree for the other navigator is built, too: its planner is asked for a goal that nobody wrote,
+    and fails, as in Nav2. Raises NotOurs where a node, a number of children or an attribute is not
+    supported.
     """
-    variables = Variables({WRITTEN_BY[navigator]})
-    root = _built(description, board, variables)
-    for variable, fault in variables.read:
-        if variable not in variables.written:
+    root, unwritten = _root_and_unwritten(description, board, navigator)
+    for variable, fault in unwritten.items():
+        if variable not in WRITTEN_BY.values():
             raise fault
     return root
+
+
+def _root_and_unwritten(
+    description: NodeDescription, board: Board, navigator: str
+) -> tuple[TreeNode, dict[str, NotOurs]]:
+    """Returns the root, and by name a fault for each variable that is read and never written."""
+    variables = Variables({WRITTEN_BY[navigator]})
+    root = _built(description, board, variables)
+    read = variables.read
+    return root, {name: fault for name, fault in read if name not in variables.written}
 
 
 def _built(description: NodeDescription, board: Board, variables: Variables) -> TreeNode:
@@ -109,19 +120,33 @@ def _missing(description: NodeDescription) -> NotOurs:
     return NotOurs(f"{node}: no such node here{hint}", description.line)
 
 
+def is_for_other_navigator(description: NodeDescription, navigator: str) -> bool:
+    """Returns whether a supported tree reads the goal of the other navigator, and nobody writes it.
+
+    Every task of `navigator` then fails.
+    """
+    _, unwritten = _root_and_unwritten(description, _board_of_a_check(), navigator)
+    return bool(unwritten)
+
+
 def faults_of(description: NodeDescription, navigator: str = NAVIGATE_TO_POSE) -> Iterator[NotOurs]:
     """Yields the nodes and attributes of a navigator's tree that are not supported."""
-
-    def plan_nothing(*_: object) -> None:
-        raise AssertionError("a tree that is only checked plans nothing")
-
     unknown = {n.node: n for n in description.iterate() if n.node not in (*NODE_KINDS, *SELECTORS)}
     for node in unknown.values():
         yield _missing(node)
     if unknown:
         return
     try:
-        nobody: Any = plan_nothing
-        build_tree(description, Board(nobody, nobody, nobody, nobody), navigator)
+        build_tree(description, _board_of_a_check(), navigator)
     except NotOurs as fault:
         yield fault
+
+
+def _board_of_a_check() -> Board:
+    """Returns the board of a tree that is checked and never ticked."""
+
+    def plan_nothing(*_: object) -> None:
+        raise AssertionError("a tree that is only checked plans nothing")
+
+    nobody: Any = plan_nothing
+    return Board(nobody, nobody, nobody, nobody)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,7 @@ from drake_navbench.navigation.costmaps.layer_plugin import (
 from drake_navbench.plugins.releases import ReadBy, Release, before, since
 from drake_navbench.typed_files.quantities import Count, Length, Number
 from drake_navbench.typed_files.typed_yaml import QuietModel
+from drake_navbench.typed_files.usual_values import not_negative, one_of, positive, unsigned_up_to
 
 Costs = NDArray[np.uint8]
 
@@ -58,10 +59,10 @@ class DenoiseLayerParameters(LayerParameters):
     """Nav2's denoise layer; it belongs before the inflation layer."""
 
     plugin: Literal["nav2_costmap_2d::DenoiseLayer"] = "nav2_costmap_2d::DenoiseLayer"
-    minimal_group_size: Count = Field(
-        2, ge=0, description="Size below which a group of occupied cells is freed [cells]."
+    minimal_group_size: Annotated[Count, not_negative("as 0")] = Field(
+        2, description="Size below which a group of occupied cells is freed [cells]."
     )
-    group_connectivity_type: Literal[4, 8] = Field(
+    group_connectivity_type: Annotated[Literal[4, 8], one_of((4, 8), 8)] = Field(
         8,
         description="Neighbourhood that makes a group: 4 joins cells along edges, 8 at "
         "corners too.",
@@ -82,11 +83,11 @@ class InflationLayerParameters(LayerParameters, QuietModel):
     plugin: Literal["nav2_costmap_2d::InflationLayer", "nav2_costmap_2d::LegacyInflationLayer"] = (
         "nav2_costmap_2d::InflationLayer"
     )
-    inflation_radius: Length = Field(
-        0.55, ge=0.0, description="Distance from obstacles up to which cells are inflated [m]."
+    inflation_radius: Annotated[Length, not_negative("as 0, nothing is inflated")] = Field(
+        0.55, description="Distance from obstacles up to which cells are inflated [m]."
     )
-    cost_scaling_factor: Number = Field(
-        10.0, gt=0.0, description="Rate at which the cost falls with distance [1/m]."
+    cost_scaling_factor: Annotated[Number, positive("all cells within the radius cost 252")] = (
+        Field(10.0, ge=0.0, description="Rate at which the cost falls with distance [1/m].")
     )
     inflate_unknown: bool = Field(False, description="Inflate into unknown cells.")
     inflate_around_unknown: bool = Field(
@@ -112,7 +113,7 @@ class KeepoutFilterParameters(LayerParameters):
     override_lethal_cost: bool = Field(
         False, description="Let a robot that stands in a keepout area drive out."
     )
-    lethal_override_cost: int = Field(
+    lethal_override_cost: Annotated[int, unsigned_up_to(252)] = Field(
         252, ge=0, le=252, description="Cost of keepout cells while the robot stands in one."
     )
 

@@ -30,6 +30,7 @@ from drake_navbench.plugins.kinds import PluginKind
 from drake_navbench.plugins.parameters import PluginBlocks
 from drake_navbench.typed_files.quantities import CellSize, Length, Number
 from drake_navbench.typed_files.typed_yaml import FrozenModel
+from drake_navbench.typed_files.usual_values import not_negative
 
 LAYERS = (
     "static_layer",
@@ -112,9 +113,9 @@ class LocalCostmapSettings(CostmapSettings):
     width: int = Field(5, gt=0, le=200, description="Length of the window along x [m].")
     height: int = Field(5, gt=0, le=200, description="Length of the window along y [m].")
     resolution: CellSize = Field(0.1, description="Cell edge [m].")
-    footprint_padding: Length = Field(
-        0.01, ge=0.0, description="Padding added to the footprint on all sides [m]."
-    )
+    footprint_padding: Annotated[
+        Length, not_negative("the costmaps take the robot for smaller than its footprint")
+    ] = Field(0.01, description="Padding added to the footprint on all sides [m].")
     plugins: list[LayerName] = Field(
         ["obstacle_layer", "inflation_layer"],
         description="Layers in the order in which they write; filters among them are inflated, "

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
 from drake_navbench.typed_files.quantities import Duration
 from drake_navbench.typed_files.typed_yaml import FrozenModel
+from drake_navbench.typed_files.usual_values import positive
 
 
 class SourceSettings(FrozenModel):
@@ -48,14 +49,14 @@ class ObservationSourceSettings(SourceSettings):
     )
     # Nav2 takes negative values of both least ranges: it squares the first.
     obstacle_min_range: float = Field(0.0, description="Least distance of a point that marks [m].")
-    obstacle_max_range: float = Field(
-        2.5, gt=0.0, description="Distance from which points do not mark [m]."
-    )
+    obstacle_max_range: Annotated[
+        float, positive("marks nothing; of a negative range some releases take the size")
+    ] = Field(2.5, description="Distance from which points do not mark [m].")
     raytrace_min_range: float = Field(
         0.0, description="Distance at which clearing along a ray starts [m]."
     )
-    raytrace_max_range: float = Field(
-        3.0, gt=0.0, description="Distance at which clearing along a ray ends [m]."
+    raytrace_max_range: Annotated[float, positive("clears nothing")] = Field(
+        3.0, description="Distance at which clearing along a ray ends [m]."
     )
     inf_is_valid: bool = Field(
         False, description="Let beams of a LaserScan without a hit clear up to the sensor's range."

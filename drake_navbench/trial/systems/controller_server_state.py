@@ -93,7 +93,7 @@ class ServerState(NamedTuple):
     def waiting_for_costmap(self, now_s: float, timeout_s: float) -> ServerState:
         """Keeps the last command while the costmap is not current, up to a limit; 0: not at all."""
         since_s = now_s if self.waiting_since_s is None else self.waiting_since_s
-        if timeout_s == 0.0 or round(now_s - since_s, NANOSECOND_DIGITS) > timeout_s:
+        if timeout_s <= 0.0 or round(now_s - since_s, NANOSECOND_DIGITS) > timeout_s:
             reason = f"no current costmap for {now_s - since_s:.2f} s"
             return self.ended(TaskState.ABORTED, CONTROLLER_TIMED_OUT, reason)
         return self._replace(waiting_since_s=since_s)
@@ -105,7 +105,7 @@ class ServerState(NamedTuple):
 
         tolerance_s: the patience; 0: none, PATIENT_FOR_EVER: without an end.
         """
-        if tolerance_s == 0.0:
+        if tolerance_s <= 0.0 and tolerance_s != PATIENT_FOR_EVER:
             return self.ended(TaskState.ABORTED, error.code, str(error), error.details)
         # ROS keeps time in whole nanoseconds; without rounding 0.32 - 0.02 may exceed 0.3.
         waited_s = round(now_s - self.last_valid_time_s, NANOSECOND_DIGITS)

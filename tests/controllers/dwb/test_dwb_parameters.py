@@ -56,7 +56,6 @@ def test_critics_answer_to_nav2s_class_names():
         ({"sim_time": 0.0}, "sim_time: input should be greater than 0, got 0"),
         ({"vx_samples": 2.5}, "vx_samples: input should be a valid integer"),
         ({"angular_granularity": 0.0}, "angular_granularity: input should be greater than or"),
-        ({"decel_lim_x": 2.5}, "decel_lim_x: input should be less than or equal to 0, got 2.5"),
         ({"trajectory_generator_name": ""}, "trajectory_generator_name: got '', expected a"),
         (
             {"trajectory_generator_name": "dwb_plugins::StandardTrajectoryGen"},

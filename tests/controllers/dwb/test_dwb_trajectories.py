@@ -93,6 +93,13 @@ def test_lateral_velocity_moves_to_the_left_of_the_heading():
     np.testing.assert_allclose(poses[-1], expected, rtol=0, atol=1e-12)
 
 
+def test_with_a_deceleration_of_the_wrong_sign_a_robot_at_rest_turns_faster_and_faster():
+    # The lowest turn rate, 3.0 * 1.7 = 5.1 rad/s, lies above the highest, 1.0: Nav2 tries it alone.
+    window = generate(parameters(**FEW, decel_lim_theta=3.0))
+    np.testing.assert_allclose(window.twists[:, 2], 5.1, rtol=0, atol=1e-12)
+    assert {round(v, 9) for v in window.twists[:, 0].tolist()} == {0.0, 0.26}
+
+
 def test_yaw_stays_wrapped():
     window = generate(parameters(**FEW), pose=(0.0, 0.0, 3.0))
     _, poses = find(window, (0.26, 0.0, 1.0))
