@@ -35,7 +35,7 @@ def verdict(visit: Visit) -> str:
         and visit.treated not in (None, complaint)
         and complaint not in visit.rare
     ):
-        told.append(_first_to_try(visit, visit.of_complaint, f"for {complaint} "))
+        told.append(_first_to_try(visit, visit.of_complaint, f" for {complaint}"))
     return " ".join([*told, *(_proposal_told(visit, trial) for trial in visit.proposed)])
 
 
@@ -124,9 +124,13 @@ def _nothing_seen(visit: Visit) -> str:
 
 
 def _first_to_try(visit: Visit, suspicions: Sequence[Suspicion], where: str = "") -> str:
+    """Returns a sentence on the likeliest causes by reading; the offers say more, if there are."""
+    if visit.offers:
+        changes = f"{len(visit.offers)} change{'s' * (len(visit.offers) != 1)}"
+        return f"Below: {changes} to try on the robot{where}."
     told = [told_with_step(s.cause, visit.facts) for s in suspicions[:MOST_NAMED]]
     told = [with_short_outlines(instruction) for instruction in told]
-    return f"By the rules and by users' reports, try {where}first: {'; '.join(told)}."
+    return f"By the rules and by users' reports, try{where} first: {'; '.join(told)}."
 
 
 def _cut_off(visit: Visit) -> Tried | None:
@@ -167,7 +171,7 @@ def _cured(cure: Judged) -> str:
     return (
         f"The change: {change_told(cure.trial)}. On fresh seeds, which the search did not use, "
         f"{cure.before_target} of {cure.target_trials} trials showed it before and "
-        f"{cure.after_target} after; {_others(cure)} in the {cure.compared} trials "
+        f"{cure.after_target} after; {price_told(cure)} in the {cure.compared} trials "
         f"of {'the' if cure.undriven else 'all'} probes that did not end early before."
         f"{touched}{instead}{_judgement_cut_short(cure)}"
     )
@@ -246,7 +250,8 @@ def _not_drivable(visit: Visit) -> str:
     return f" Could not be driven, though likely by reading: {cause_told(first)} ({first.reason})."
 
 
-def _others(cure: Judged) -> str:
+def price_told(cure: Judged) -> str:
+    """Returns what more trials show with a change than without it, in words."""
     if not cure.worse:
         return "no other symptom became worse"
     prices = "; ".join(
