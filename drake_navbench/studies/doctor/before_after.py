@@ -24,9 +24,9 @@ MOST_SHOWN = 5
 def write_replays(patient: Patient, visit: Visit, driver: Driver, folder: Path) -> list[Path]:
     """Writes a replay of the change, and of each symptom that the probes show; returns the paths.
 
-    Without a change that helps, the first trade has the replay. The trials are driven again, since a
-    visit keeps no logs. The treated symptom comes first, and
-    none is written after the end of the budget.
+    Without a change that helps, the first trade has the replay. The trials are driven again, since
+    a visit keeps no logs. The treated symptom comes first, and none is written after the end of the
+    budget.
     """
     driver.tell("driving the clearest trials again, for the replays")
     seen = [s for s in BY_WEIGHT if s in visit.seen][:MOST_SHOWN]

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from statistics import fmean
 
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario
@@ -54,7 +55,7 @@ class Judged:
     falls most. symptom: the one that the change is for. fails: whether the program failed in a
     trial with the change, but not without. lacking: the trials for which there was no time.
     undriven: the probes without a trial for want of time. same: the trials that stay the same to
-    the last digit.
+    the last digit. before_mean, after_mean: mean severity of the symptom in these probes.
     """
 
     tried: Tried
@@ -74,6 +75,8 @@ class Judged:
     lacking: int = 0
     undriven: tuple[str, ...] = ()
     same: int = 0
+    before_mean: float = 0.0
+    after_mean: float = 0.0
 
     @property
     def worse(self) -> list[str]:
@@ -326,4 +329,6 @@ def _judged(
         symptom,
         _fails(old, new),
         same=sum(map(is_same, old, new)),
+        before_mean=fmean(before),
+        after_mean=fmean(after),
     )

@@ -69,4 +69,10 @@ def _compared(offer: Offer) -> str:
     if judged.same == judged.trials:
         return f"Nothing changes in {count}, to the last digit: no probe shows what it does."
     same = f"; {judged.same} of them stay the same to the last digit" if judged.same else ""
-    return f"Harmless in {count} of the probes: no touch more, no symptom in two more{same}."
+    before, after = f"{judged.before_mean:.2f}", f"{judged.after_mean:.2f}"
+    goes = f"goes from {before} to {after}" if before != after else f"stays at {before}"
+    severity = f" The mean severity of {offer.symptom} (shown above 1) {goes}."
+    return (
+        f"Harmless in {count} of the probes: no touch more, no symptom in two more{same}."
+        f"{severity if judged.before_mean or judged.after_mean else ''}"
+    )
