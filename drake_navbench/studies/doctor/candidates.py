@@ -52,13 +52,18 @@ class Candidates:
         self._probe, self._driver, self._seed = probe, driver, seed
         self._setup = patient.columns().setup
 
-    def of(self, suspicion: Suspicion) -> tuple[list[Candidate], list[Tried]]:
-        """Returns the changes to drive for a cause, and entries for those that are not driven."""
+    def of(
+        self, suspicion: Suspicion, most: int | None = None
+    ) -> tuple[list[Candidate], list[Tried]]:
+        """Returns the changes to drive for a cause, and entries for those that are not driven.
+
+        most: the number of steps that are looked at, the mildest first; None for all.
+        """
         if suspicion.cause.is_outside:
             return [], [Tried(suspicion, None, Verdict.OUTSIDE)]
         if self._symptom is Symptom.TOO_SLOW and _asks_for_less(suspicion.cause, self._facts):
             return [], [Tried(suspicion, None, Verdict.NOT_TRIED, reason=ASKS_FOR_LESS)]
-        trials = trials_of(suspicion.cause, self._facts, self._setup)
+        trials = trials_of(suspicion.cause, self._facts, self._setup)[:most]
         if any(
             not self._facts.has_node(p.node.rpartition("/")[2]) for t in trials for p in t.changes
         ):

@@ -130,7 +130,7 @@ def _possible(
     for suspicion in suspicions:
         if suspicion.cause.key in known:
             continue
-        able, told = candidates.of(suspicion)
+        able, told = candidates.of(suspicion, most=1)
         if able:
             first = able[0].trial
             entry = Tried(suspicion, first, Verdict.NOT_TRIED)

@@ -150,7 +150,7 @@ def _offers(visit: Visit, patient: Patient) -> list[str]:
             f"<small>Source: {escape(_source(offer.tried))}</small></p>",
             f"<pre>{_marked(patch_of(patient, offer.trial))}</pre>",
         ]
-        if offer.judged is not None and offer.judged.same < offer.judged.trials:
+        if offer.judged is not None and offer.judged.before != offer.judged.after:
             parts += _counts(offer.judged)
     return parts
 

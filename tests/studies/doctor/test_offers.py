@@ -71,11 +71,11 @@ def test_the_complaints_own_number_is_told_although_it_is_below_its_threshold(pa
             rows = super().drive(preset, probes, trials, seed=seed)
             return [row | {"severity": {"wobble_straight": value}, "end": [9.0]} for row in rows]
 
-    first, *_ = offered(patient, visited(patient), Slight([], []))
+    first, *_ = offered(patient, visited(patient, of_complaint=READ[:1]), Slight([], []))
     assert offer_label(first).endswith(
         " The mean severity of wobble_straight (shown above 1) goes from 0.40 to 0.10."
     )
-    still, *_ = offered(patient, visited(patient), Same([], []))
+    still, *_ = offered(patient, visited(patient, of_complaint=READ[:1]), Same([], []))
     assert "Nothing changes in 6 trials, to the last digit" in offer_label(still)
 
 
@@ -126,7 +126,7 @@ def test_without_time_or_after_ctrl_c_the_changes_are_offered_as_not_driven(
 def test_a_change_on_which_no_trial_depends_is_offered_as_that(patient):
     patient.paths[0].write_text(nav2_text(MPPI_BLOCK, plugin=MPPI, amcl={"max_particles": 800}))
     particles = Suspicion(Cause("amcl.max_particles", Direction.UP, 2000), 1.0, ("Too few.",))
-    (first, *_) = offered(patient, visited(patient, of_complaint=[particles, *READ]))
+    (first,) = offered(patient, visited(patient, of_complaint=[particles]))
     assert offer_label(first) == (
         "Not shown by driving. By reading: Too few. No trial of this program depends on it, so "
         "none was driven."
@@ -138,7 +138,7 @@ def test_a_cure_with_a_price_is_offered_first_with_both_figures(patient):
     priced = replace(shown, after=shown.after | {"spins": 3})
     assert not priced.helps
     found = visited(patient, treated=WOBBLE, seen={WOBBLE: ["straight"]}, judged=[priced])
-    found.tried = [shown.tried]
+    found.tried, found.suspicions = [shown.tried], []
     first, *_ = offered(patient, found)
     assert first.kind is Kind.TRADE
     assert offer_label(first) == (
@@ -174,6 +174,7 @@ def test_what_helped_in_the_search_comes_before_what_is_only_read_and_what_did_n
         "little to show it. By reading: It is fast. Harmless in 6 trials"
     )
     found.tried = [entry(READ[2], "vx_max", 0.3, 0.0, verdict=Verdict.SHOWN)]
+    found.suspicions = READ[:1]
     told = offer_label(offered(patient, found)[0])
     assert told.startswith("Shown in the search (its severity falls from 2.00 to 0.00 in 12 pairs)")
     # One that adds touches is not offered, whatever it cures.
@@ -183,7 +184,7 @@ def test_what_helped_in_the_search_comes_before_what_is_only_read_and_what_did_n
 
 def test_patches_and_page_bear_the_label_and_an_older_visits_files_go(patient, tmp_path):
     found = visited(patient)
-    offered(patient, found)
+    offered(patient, found, drives=False)
     for name in ("change.patch", "patched.yaml", "seen_spins.html", "mine.yaml"):
         (tmp_path / name).write_text("older")
     written = {path.name for path in write_outputs(found, patient, tmp_path)}
