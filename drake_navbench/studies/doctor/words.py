@@ -28,9 +28,9 @@ MOST_NAMED = 3
 
 def verdict(visit: Visit) -> str:
     """Returns the verdict of a visit in a few sentences, the last on what the user proposed."""
-    told = [_verdict(visit), *_look_cut_short(visit)]
+    told = [_verdict(visit).rstrip(), *_look_cut_short(visit), *_offers_told(visit)]
     complaint = visit.complaint
-    if (
+    if not visit.offers and (
         visit.of_complaint
         and visit.treated not in (None, complaint)
         and complaint not in visit.rare
@@ -48,6 +48,14 @@ def _look_cut_short(visit: Visit) -> list[str]:
     on = "" if is_unfinished(visit) else "; the same command goes on with the others"
     count = look.planned - look.lacking
     return [f"The first look had time for {count} of {look.planned} trials{names}{on}."]
+
+
+def _offers_told(visit: Visit) -> list[str]:
+    if not visit.offers:
+        return []
+    count, symptom = len(visit.offers), visit.offers[0].symptom
+    where = f" for {symptom}" if visit.treated not in (None, symptom) else ""
+    return [f"Below: {count} change{'s' * (count != 1)} to try on the robot{where}."]
 
 
 def _proposal_told(visit: Visit, trial: Trial) -> str:
@@ -124,10 +132,9 @@ def _nothing_seen(visit: Visit) -> str:
 
 
 def _first_to_try(visit: Visit, suspicions: Sequence[Suspicion], where: str = "") -> str:
-    """Returns a sentence on the likeliest causes by reading; the offers say more, if there are."""
+    """Returns a sentence on the likeliest causes by reading; '' where changes to try say more."""
     if visit.offers:
-        changes = f"{len(visit.offers)} change{'s' * (len(visit.offers) != 1)}"
-        return f"Below: {changes} to try on the robot{where}."
+        return ""
     told = [told_with_step(s.cause, visit.facts) for s in suspicions[:MOST_NAMED]]
     told = [with_short_outlines(instruction) for instruction in told]
     return f"By the rules and by users' reports, try{where} first: {'; '.join(told)}."
