@@ -247,6 +247,7 @@ def _visit(
     """Drives, prints the verdict and writes the page; returns the exit status."""
     from drake_navbench.processes.machine import available_cores
     from drake_navbench.studies.doctor.driving import Driver
+    from drake_navbench.studies.doctor.labels import told_of_offers
     from drake_navbench.studies.doctor.next_step import next_step
     from drake_navbench.studies.doctor.page import write_outputs
     from drake_navbench.studies.doctor.told import wrapped
@@ -275,8 +276,10 @@ def _visit(
         around=_surroundings(patient, arguments, report),
         proposed=proposed,
     )
-    ended = [verdict(found), *filter(None, [next_step(found)])]
-    print_text("\n".join(["", *(line for part in ended for line in wrapped(part, rest="")), ""]))
+    lines = ["", *wrapped(verdict(found), rest=""), *told_of_offers(found)]
+    if step := next_step(found):
+        lines += [*[""] * bool(found.offers), *wrapped(step, rest="")]
+    print_text("\n".join([*lines, ""]))
     for path in write_outputs(found, patient, arguments.out, driver):
         print_text(f"{path}\n")
     if found.is_interrupted:

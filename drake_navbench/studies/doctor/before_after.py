@@ -11,6 +11,7 @@ from drake_navbench.logs.log import TrialLog
 from drake_navbench.studies.doctor.change import Judged
 from drake_navbench.studies.doctor.driving import FRESH_SEED, Driver, probe_of, severity
 from drake_navbench.studies.doctor.files import Patient
+from drake_navbench.studies.doctor.offers import Kind
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.visit import BY_WEIGHT, Visit
 from drake_navbench.typed_files.output_file import write_whole
@@ -23,15 +24,17 @@ MOST_SHOWN = 5
 def write_replays(patient: Patient, visit: Visit, driver: Driver, folder: Path) -> list[Path]:
     """Writes a replay of the change, and of each symptom that the probes show; returns the paths.
 
-    The trials are driven again, since a visit keeps no logs. The treated symptom comes first, and
-    none is written after the end of the budget.
+    Without a change that helps, the first trade has the replay. The trials are driven again, since
+    a visit keeps no logs. The treated symptom comes first, and none is written after the end of the
+    budget.
     """
     driver.tell("driving the clearest trials again, for the replays")
     seen = [s for s in BY_WEIGHT if s in visit.seen][:MOST_SHOWN]
     seen.sort(key=lambda symptom: symptom is not visit.treated)
     todo: dict[str, Callable[[], list[TrialLog]]] = {}
-    if visit.cure is not None:
-        todo[REPLAY] = partial(_before_and_after, patient, visit, visit.cure, driver)
+    trades = [o.judged for o in visit.offers if o.kind is Kind.TRADE and o.judged is not None]
+    for change in [visit.cure] if visit.cure is not None else trades[:1]:
+        todo[REPLAY] = partial(_before_and_after, patient, visit, change, driver)
     for symptom in seen:
         todo[name_of(symptom)] = partial(_clearest, patient, visit, symptom, driver)
     written: list[Path] = []

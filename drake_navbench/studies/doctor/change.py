@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from statistics import fmean
 
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario
@@ -19,6 +20,7 @@ from drake_navbench.studies.doctor.driving import (
     Driver,
     Row,
     has_failed,
+    is_same,
     probe_of,
     severity,
     shows,
@@ -52,7 +54,8 @@ class Judged:
     not compared it is shown now. best: index of the trial of these probes in which the symptom
     falls most. symptom: the one that the change is for. fails: whether the program failed in a
     trial with the change, but not without. lacking: the trials for which there was no time.
-    undriven: the probes without a trial for want of time.
+    undriven: the probes without a trial for want of time. same: the trials that stay the same to
+    the last digit. before_mean, after_mean: mean severity of the symptom in these probes.
     """
 
     tried: Tried
@@ -71,6 +74,9 @@ class Judged:
     fails: bool = False
     lacking: int = 0
     undriven: tuple[str, ...] = ()
+    same: int = 0
+    before_mean: float = 0.0
+    after_mean: float = 0.0
 
     @property
     def worse(self) -> list[str]:
@@ -98,6 +104,12 @@ class Judged:
         if self.symptom is Symptom.COLLISION:
             return Symptom.COLLISION not in self.worse
         return not self.worse
+
+    @property
+    def is_trade(self) -> bool:
+        """Whether the symptom is gone, but others have come, none of which is a touch."""
+        is_cure = self.is_gone and not self.fails and not self.helps
+        return is_cure and Symptom.COLLISION not in self.worse
 
     @property
     def is_rare(self) -> bool:
@@ -218,6 +230,33 @@ def _judgement(
     )
 
 
+def compared(
+    entry: Tried,
+    patient: Patient,
+    symptom: Symptom,
+    probes: Sequence[Scenario],
+    driver: Driver,
+    *,
+    seed: int,
+) -> Judged | None:
+    """Returns a change on the first look's trials, beside the file as it is; None without time.
+
+    It tells whether the change makes something worse; if it does in the first seed of the probes,
+    no second one is driven. probes: those driven first come first. seed: of the first look.
+    """
+    assert entry.trial is not None
+    both = patient.before_and_after(entry.trial.changes)
+    found = None
+    for seeds in range(1, FRESH_SEEDS + 1):
+        rows = driver.drive_nearest(both, probes, seeds, seed=seed)
+        if rows[0]:
+            found = _judged(entry, entry.trial, rows, rows, symptom, (), 1.0)
+            found = replace(found, lacking=FRESH_SEEDS * len(probes) - len(rows[0]))
+        if found is None or found.worse or found.fails:
+            break
+    return found
+
+
 def trials_to_judge(own: int, probes: int) -> int:
     """Returns the trials of a judgement, if the symptom is not rare.
 
@@ -289,4 +328,7 @@ def _judged(
         falls.index(max(falls)),
         symptom,
         _fails(old, new),
+        same=sum(map(is_same, old, new)),
+        before_mean=fmean(before),
+        after_mean=fmean(after),
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Sequence, Set
 from html import escape
 from pathlib import Path
@@ -12,7 +11,10 @@ from drake_navbench.studies.doctor.before_after import REPLAY, name_of, write_re
 from drake_navbench.studies.doctor.change import Judged
 from drake_navbench.studies.doctor.driving import Driver
 from drake_navbench.studies.doctor.files import Patient, told_files
+from drake_navbench.studies.doctor.labels import HEADING, offer_label, patch_name
 from drake_navbench.studies.doctor.next_step import next_step
+from drake_navbench.studies.doctor.offers import MOST_OFFERS
+from drake_navbench.studies.doctor.patches import names_of_changes, patch_of, texts_of_changes
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
 from drake_navbench.studies.doctor.told import (
     QUESTION,
@@ -24,13 +26,11 @@ from drake_navbench.studies.doctor.tried import Tried
 from drake_navbench.studies.doctor.visit import Visit
 from drake_navbench.studies.doctor.words import assumed, change_told, evidence, verdict
 
-PATCHED, PATCH, PAGE = "patched.yaml", "change.patch", "doctor.html"
-# The mark of a line that ends its file without an end of line.
-UNENDED = "\n\\ No newline at end of file\n"
+PAGE = "doctor.html"
 STYLE = (
     "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;"
     "color:#1c1c1c;background:#fff}"
-    "h1{font-size:1.5rem}h2{font-size:1.15rem;margin-top:2rem}.verdict{font-size:1.15rem;"
+    "h1{font-size:1.5rem}h2{font-size:1.15rem;margin-top:2rem}h3{font-size:1rem}.verdict{font-size:1.15rem;"
     "border-left:.3rem solid #2b6cb0;padding:.4rem 1rem;background:#f2f6fb}"
     "table{border-collapse:collapse;width:100%}td,th{text-align:left;padding:.3rem .6rem;"
     "border-bottom:1px solid #ddd;vertical-align:top}td.n,th.n{text-align:right}"
@@ -42,40 +42,31 @@ STYLE = (
 )
 
 
-def patch_of(patient: Patient, cure: Judged) -> str:
-    """Returns the change of the files as a patch that `patch -p0` takes."""
-    parts: list[str] = []
-    for path, after in patient.patched_texts(cure.trial.changes).items():
-        before = patient.texts[path].splitlines(keepends=True)
-        parts += difflib.unified_diff(before, after.splitlines(keepends=True), path.name, path.name)
-    return "".join(line if line.endswith("\n") else line + UNENDED for line in parts)
-
-
-def _patched(patient: Patient, cure: Judged) -> dict[str, str]:
-    """Returns the patched files by name: patched.yaml, or patched_NAME of several merged files."""
-    texts = patient.patched_texts(cure.trial.changes)
-    if len(patient.paths) == 1:
-        return {PATCHED: "".join(texts.values())}
-    return {f"patched_{path.name}": text for path, text in texts.items()}
-
-
 def write_outputs(
     visit: Visit, patient: Patient, folder: Path, driver: Driver | None = None
 ) -> list[Path]:
-    """Writes the page and, where there is a cure, patched files, patch and replay; returns them.
+    """Writes the page, and patched files, patches and replays of the changes; returns them.
 
-    driver: drives what the replays show; without one there are none.
+    driver: drives what the replays show; without one there are none. Files of an earlier visit to
+    the folder that this one does not write are removed, unless it was interrupted.
     """
-    texts = {PAGE: page(visit, patient)}
-    if visit.cure is not None:
-        texts |= _patched(patient, visit.cure)
-        texts[PATCH] = patch_of(patient, visit.cure)
+    texts = {PAGE: page(visit, patient), **texts_of_changes(visit, patient)}
     written = [_write(folder / name, text) for name, text in texts.items()]
     if visit.seen and driver is not None and not visit.is_interrupted:
         replays = write_replays(patient, visit, driver, folder)
         _write(folder / PAGE, page(visit, patient, replays))
         written += replays
+    if not visit.is_interrupted:
+        _remove_older(patient, folder, {path.name for path in written})
     return written
+
+
+def _remove_older(patient: Patient, folder: Path, written: Set[str]) -> None:
+    """Removes the files of an earlier visit that would contradict the page of this one."""
+    replays = (REPLAY, *map(name_of, Symptom))
+    for name in {*names_of_changes(patient, MOST_OFFERS), *replays} - written:
+        with writing(folder / name):
+            (folder / name).unlink(missing_ok=True)
 
 
 def _write(path: Path, text: str) -> Path:
@@ -97,7 +88,8 @@ def page(visit: Visit, patient: Patient, replays: Sequence[Path] = ()) -> str:
     if told := next_step(visit):
         parts.append(f"<p><b>{escape(told)}</b></p>")
     if visit.cure is not None:
-        parts += _change(visit, visit.cure, patient)
+        parts += _change(visit.cure, patient)
+    parts += _offers(visit, patient)
     names = {path.name for path in replays}
     if REPLAY in names:
         parts.append(_frame(REPLAY, "the trial in which the symptom falls most, before and after"))
@@ -130,27 +122,53 @@ def _frame(name: str, told: str) -> str:
     )
 
 
-def _change(visit: Visit, cure: Judged, patient: Patient) -> list[str]:
+def _change(cure: Judged, patient: Patient) -> list[str]:
     suspicion = cure.tried.suspicion
     # A rule's sentence on the file is enough; the suspects' says the same in general.
     count = 1 if suspicion.findings else 2
     reasons = " ".join(f"{why.rstrip('.')}." for why in suspicion.reasons[:count])
-    patch = patch_of(patient, cure)
-    rows = [
-        f'<tr><td>{escape(LOOKS_LIKE[Symptom(name)])}</td><td class="n">{cure.before[name]}</td>'
-        f'<td class="n">{cure.after[name]}</td></tr>'
-        for name in cure.before
-        if cure.before[name] or cure.after[name]
-    ]
     return [
         "<h2>The change</h2>",
         f"<p><code>{escape(change_told(cure.trial))}</code></p>",
         f"<p>Why: {escape(reasons)} <small>Source: {escape(_source(cure.tried))}</small></p>",
-        f"<pre>{_marked(patch)}</pre>",
-        f"<h2>Before and after, on fresh seeds</h2><p>Number of trials, of {cure.trials}, in which "
-        "the robot shows the symptom. A drive that ends early before the change, by a touch or "
-        "stuck, may miss what would follow: symptoms of the way are counted only in the "
-        f"{cure.compared} other trials.</p>",
+        f"<pre>{_marked(patch_of(patient, cure.trial))}</pre>",
+        "<h2>Before and after, on fresh seeds</h2>",
+        *_counts(cure),
+    ]
+
+
+def _offers(visit: Visit, patient: Patient) -> list[str]:
+    if not visit.offers:
+        return []
+    parts = [f"<h2>{HEADING}</h2>"]
+    for number, offer in enumerate(visit.offers, 1):
+        name = patch_name(number)
+        told = escape(change_told(offer.trial))
+        parts += [
+            f'<h3><a href="{name}">{name}</a>: <code>{told}</code></h3>',
+            f"<p>{escape(offer_label(offer))} "
+            f"<small>Source: {escape(_source(offer.tried))}</small></p>",
+            f"<pre>{_marked(patch_of(patient, offer.trial))}</pre>",
+        ]
+        if offer.judged is not None and offer.judged.before != offer.judged.after:
+            parts += _counts(offer.judged)
+    return parts
+
+
+def _counts(judged: Judged) -> list[str]:
+    """Returns a table of the symptoms before and after a change."""
+    rows = [
+        f'<tr><td>{escape(LOOKS_LIKE[Symptom(name)])}</td><td class="n">{judged.before[name]}</td>'
+        f'<td class="n">{judged.after[name]}</td></tr>'
+        for name in judged.before
+        if judged.before[name] or judged.after[name]
+    ]
+    if not rows:
+        return [f"<p>None of {judged.trials} trials shows a symptom, before and after.</p>"]
+    return [
+        f"<p>Number of trials, of {judged.trials}, in which the robot shows the symptom. A drive "
+        "that ends early before the change, by a touch or stuck, may miss what would follow: "
+        f"symptoms of the way are counted only in the {judged.compared} other trials.</p>",
         '<table><tr><th>symptom</th><th class="n">before</th><th class="n">after</th></tr>',
         *rows,
         "</table>",

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -18,10 +17,16 @@ from numpy.typing import NDArray
 from drake_navbench.analysis.paired_comparison import compare_differences
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.studies.doctor.candidates import Candidate
 from drake_navbench.studies.doctor.causes import with_short_outlines
-from drake_navbench.studies.doctor.cures import Trial
-from drake_navbench.studies.doctor.driving import Driver, Row, has_failed, severity, shows
-from drake_navbench.studies.doctor.reading import Suspicion
+from drake_navbench.studies.doctor.driving import (
+    Driver,
+    Row,
+    has_failed,
+    is_same,
+    severity,
+    shows,
+)
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.tried import (
     FIRST_FACTOR,
@@ -32,6 +37,7 @@ from drake_navbench.studies.doctor.tried import (
     NEARLY_ALL,
     NO_TIME,
     PAIRS,
+    SAME,
     Rarity,
     Tried,
     Verdict,
@@ -54,27 +60,6 @@ CUTS_SHORT = (
     Symptom.FALSE_ABORT,
     Symptom.NO_RECOVERY,
 )
-
-
-@dataclass
-class Candidate:
-    """A change that is being tried. rows: of the changed file, in the pairs driven so far.
-
-    left: why no more of its trials are driven; '' where they are. is_proposed: whether the user
-    proposed it and wants a verdict, whatever other changes do.
-    """
-
-    suspicion: Suspicion
-    trial: Trial
-    after: Preset
-    rows: list[Row] = field(default_factory=list)
-    left: str = ""
-    is_proposed: bool = False
-
-    @property
-    def is_alive(self) -> bool:
-        """Whether more of its trials may be driven."""
-        return not self.left
 
 
 class Race:
@@ -131,8 +116,8 @@ class Race:
         self._drive(batch, 1, self._probes[:1])
         old = self._old(1, self._probes[:1])
         for candidate in batch:
-            if candidate.rows and _told(candidate.rows) == _told(old):
-                candidate.left = "changes nothing in the first trial"
+            if candidate.rows and all(map(is_same, candidate.rows, old)):
+                candidate.left = SAME
         glance = self._seeds_of(GLANCE)
         self._drive(batch, glance)
         driven = [c for c in batch if c.is_alive and c.rows]
@@ -223,14 +208,16 @@ class Race:
     def _go_on(self, batch: Sequence[Candidate], pairs: int, least: float) -> None:
         """Drives changes that help, but not surely enough for one of many, up to so many pairs.
 
-        least: the share by which they lower the severity. If a change surely takes the symptom
-        away, only others that take it away go on, and none if all its pairs are driven.
+        least: the share by which they lower the severity. One that adds touches cannot be shown,
+        and does not go on. If a change surely takes the symptom away, only others that take it away
+        go on, and none if all its pairs are driven.
         """
         entries = [(c, self._entry(c)) for c in batch if c.is_alive]
         shown = [e for _, e in entries if corrected([e])[0].verdict is Verdict.SHOWN]
         if any(entry.takes_all for entry in shown):
             least = NEARLY_ALL if pairs < MOST_PAIRS else math.inf
-        unsure = [c for c, entry in entries if entry not in shown and entry.fall >= least]
+        able = [(c, e) for c, e in entries if e not in shown and not e.touches]
+        unsure = [c for c, entry in able if entry.fall >= least]
         if unsure and not self.is_out_of_time:
             names = ", ".join(c.trial.told for c in unsure)
             self._driver.tell(f"  not sure yet: {names}: up to {pairs} pairs")
@@ -283,11 +270,6 @@ class Race:
             max(touches, 0),
             reason,
         )
-
-
-def _told(rows: Sequence[Row]) -> list[tuple[Any, ...]]:
-    """Returns the outcomes of the drives in the rows, without the column's name."""
-    return [(row["outcome"], row["end"], row["severity"]) for row in rows]
 
 
 def _pairs(before: Sequence[Row], after: Sequence[Row], symptom: Symptom) -> NDArray[np.float64]:

@@ -34,6 +34,9 @@ class Symptom(StrEnum):
     LOCALIZATION_JUMPS = "localization_jumps"
 
 
+# What is treated where the probes do not show the symptom that was complained of, but this one.
+MILDER: Mapping[Symptom, Symptom] = {Symptom.COLLISION: Symptom.NEAR_MISS}
+
 LOOKS_LIKE: Mapping[Symptom, str] = {
     Symptom.WOBBLE_STRAIGHT: "weaves or swings on a straight way",
     Symptom.STOP_START_JERK: "stops and starts, or jerks",

@@ -31,6 +31,8 @@ LEAST_FALL = 0.3
 NO_TIME = "the time was too short for more pairs"
 # Why a change is not driven that would change nothing.
 IDLE = "no trial depends on it"
+# Why a change is dropped after a trial that it leaves the same to the last digit.
+SAME = "changes nothing in the first trial"
 # A symptom counts as taken away if its severity falls by this share.
 NEARLY_ALL = 0.9
 

@@ -29,11 +29,12 @@ from drake_navbench.studies.doctor.first_look import (
     first_look,
     seen_in,
 )
+from drake_navbench.studies.doctor.offers import Offer, offers_of
 from drake_navbench.studies.doctor.probes import MADE_FOR, probes_for
 from drake_navbench.studies.doctor.reading import Suspicion, asked_about, findings_of, suspicions_of
 from drake_navbench.studies.doctor.rules.rule import Finding
 from drake_navbench.studies.doctor.surroundings import Surroundings
-from drake_navbench.studies.doctor.symptoms import Symptom
+from drake_navbench.studies.doctor.symptoms import MILDER, Symptom
 from drake_navbench.studies.doctor.told import told_blindness
 from drake_navbench.studies.doctor.tried import Rarity, Tried, Verdict
 
@@ -43,8 +44,6 @@ REPLAY_TRIALS, MOST_KEPT_SHARE = 4, 0.4
 # Who complains of a symptom has seen it, on a robot that may lag and slip more than the one of the
 # probes: a severity above this share of the threshold is then a weak sign of it.
 WEAK = 0.5
-# What is treated where the probes do not show the symptom that was complained of, but this one.
-MILDER = {Symptom.COLLISION: Symptom.NEAR_MISS}
 # The classes of a user's words, the likeliest, that are treated first where none was asked for.
 MOST_TOLD = 3
 # The causes of a symptom are tried on at most this many probes.
@@ -83,7 +82,8 @@ class Visit:
     the first is called treated. bar: severity from which on a trial counts as showing it; below 1
     the sign is weak. suspicions: of the treated symptom. of_complaint: of the one that was asked
     for, or that the words tell and no probe shows. alike: the complaints that the user is asked
-    about. around: the user's map, base and computer. proposed: the user's own changes, tried before
+    about. offers: the changes to try where none is shown to help. around: the user's map, base and
+    computer. proposed: the user's own changes, tried before
     all. seed: of the first look, of which `look` tells how much was driven.
     """
 
@@ -101,6 +101,7 @@ class Visit:
     alike: list[Alike] = field(default_factory=list)
     tried: list[Tried] = field(default_factory=list)
     judged: list[Judged] = field(default_factory=list)
+    offers: list[Offer] = field(default_factory=list)
     probes: Mapping[str, Scenario] = field(default_factory=dict)
     around: Surroundings = field(default_factory=Surroundings)
     proposed: Sequence[Trial] = ()
@@ -133,7 +134,7 @@ class Visit:
         with the right value a drive may go on and meet what the fault has hidden.
         """
         found = [entry for entry in self.tried if entry.verdict is Verdict.SHOWN]
-        return sorted(found, key=self._is_refuted)
+        return sorted(found, key=self.is_refuted)
 
     @property
     def rivals(self) -> list[Tried]:
@@ -141,13 +142,14 @@ class Visit:
 
         Of other parameters than that one's; none if it leaves some of the symptom.
         """
-        able = [e for e in self.shown if e.takes_all and e.trial and not self._is_refuted(e)]
+        able = [e for e in self.shown if e.takes_all and e.trial and not self.is_refuted(e)]
         if not able or able[0] is not self.shown[0]:
             return []
         own = able[0].trial
         return [e for e in able[1:] if own and e.trial and not {*own.changes} & {*e.trial.changes}]
 
-    def _is_refuted(self, entry: Tried) -> bool:
+    def is_refuted(self, entry: Tried) -> bool:
+        """Tells whether a change that was shown leaves the symptom on fresh seeds."""
         own = (j for j in self.judged if j.tried is entry)
         return any(not (j.is_gone or j.is_rare) for j in own)
 
@@ -180,7 +182,19 @@ def visit(
         found.is_out_of_time = True
     except KeyboardInterrupt:
         found.is_interrupted = True
+    _offer(found, patient, driver)
     return found
+
+
+def _offer(found: Visit, patient: Patient, driver: Driver) -> None:
+    """Notes the changes to try where none is shown to help; time is left for the replays."""
+    drives = not found.is_interrupted
+    try:
+        with driver.keeping(REPLAY_TRIALS * driver.trial_s):
+            for offer in offers_of(found, patient, driver, _near(found), drives=drives):
+                found.offers.append(offer)
+    except KeyboardInterrupt:
+        found.is_interrupted = True
 
 
 def _look(found: Visit, patient: Patient, driver: Driver, *, seed: int) -> None:
@@ -292,7 +306,6 @@ def _try_causes(
     names = [name for name in showing if name in sure] or showing
     experiment = Experiment(
         patient,
-        found.facts,
         symptom,
         [found.probes[name] for name in names],
         driver,

@@ -28,14 +28,14 @@ MOST_NAMED = 3
 
 def verdict(visit: Visit) -> str:
     """Returns the verdict of a visit in a few sentences, the last on what the user proposed."""
-    told = [_verdict(visit), *_look_cut_short(visit)]
+    told = [_verdict(visit).rstrip(), *_look_cut_short(visit), *_offers_told(visit)]
     complaint = visit.complaint
-    if (
+    if not visit.offers and (
         visit.of_complaint
         and visit.treated not in (None, complaint)
         and complaint not in visit.rare
     ):
-        told.append(_first_to_try(visit, visit.of_complaint, f"for {complaint} "))
+        told.append(_first_to_try(visit, visit.of_complaint, f" for {complaint}"))
     return " ".join([*told, *(_proposal_told(visit, trial) for trial in visit.proposed)])
 
 
@@ -48,6 +48,14 @@ def _look_cut_short(visit: Visit) -> list[str]:
     on = "" if is_unfinished(visit) else "; the same command goes on with the others"
     count = look.planned - look.lacking
     return [f"The first look had time for {count} of {look.planned} trials{names}{on}."]
+
+
+def _offers_told(visit: Visit) -> list[str]:
+    if not visit.offers:
+        return []
+    count, symptom = len(visit.offers), visit.offers[0].symptom
+    where = f" for {symptom}" if visit.treated not in (None, symptom) else ""
+    return [f"Below: {count} change{'s' * (count != 1)} to try on the robot{where}."]
 
 
 def _proposal_told(visit: Visit, trial: Trial) -> str:
@@ -124,9 +132,12 @@ def _nothing_seen(visit: Visit) -> str:
 
 
 def _first_to_try(visit: Visit, suspicions: Sequence[Suspicion], where: str = "") -> str:
+    """Returns a sentence on the likeliest causes by reading; '' where changes to try say more."""
+    if visit.offers:
+        return ""
     told = [told_with_step(s.cause, visit.facts) for s in suspicions[:MOST_NAMED]]
     told = [with_short_outlines(instruction) for instruction in told]
-    return f"By the rules and by users' reports, try {where}first: {'; '.join(told)}."
+    return f"By the rules and by users' reports, try{where} first: {'; '.join(told)}."
 
 
 def _cut_off(visit: Visit) -> Tried | None:
@@ -167,7 +178,7 @@ def _cured(cure: Judged) -> str:
     return (
         f"The change: {change_told(cure.trial)}. On fresh seeds, which the search did not use, "
         f"{cure.before_target} of {cure.target_trials} trials showed it before and "
-        f"{cure.after_target} after; {_others(cure)} in the {cure.compared} trials "
+        f"{cure.after_target} after; {price_told(cure)} in the {cure.compared} trials "
         f"of {'the' if cure.undriven else 'all'} probes that did not end early before."
         f"{touched}{instead}{_judgement_cut_short(cure)}"
     )
@@ -246,7 +257,8 @@ def _not_drivable(visit: Visit) -> str:
     return f" Could not be driven, though likely by reading: {cause_told(first)} ({first.reason})."
 
 
-def _others(cure: Judged) -> str:
+def price_told(cure: Judged) -> str:
+    """Returns what more trials show with a change than without it, in words."""
     if not cure.worse:
         return "no other symptom became worse"
     prices = "; ".join(

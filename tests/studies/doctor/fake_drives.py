@@ -122,9 +122,7 @@ class Counted(Fake):
 
 
 def raced(patient, driver, symptom=Symptom.WOBBLE_STRAIGHT):
-    experiment = Experiment(
-        patient, patient.facts(), symptom, list(PROBES.values()), driver, seed=0
-    )
-    candidate, _ = experiment._candidate(Suspicion(CAUSE, 1.0, ()), TRIAL)
+    experiment = Experiment(patient, symptom, list(PROBES.values()), driver, seed=0)
+    candidate, _ = experiment.candidates.of_trial(Suspicion(CAUSE, 1.0, ()), TRIAL)
     (found,) = experiment._race.run([candidate])
     return found

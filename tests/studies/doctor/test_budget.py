@@ -152,4 +152,4 @@ def test_no_replay_is_driven_after_the_budget(visited, patient, tmp_path):
     clock.time_s = 45.0
     assert Symptom.WOBBLE_STRAIGHT in found.seen
     written = write_outputs(found, patient, tmp_path, driver)
-    assert [path.name for path in written] == ["doctor.html"]
+    assert not [path for path in written if path.name.startswith("seen_")]

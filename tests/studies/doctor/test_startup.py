@@ -15,7 +15,11 @@ from drake_navbench.studies.doctor.partial_files import facts_of_values
 from drake_navbench.studies.doctor.reading import findings_of, suspicions_of
 from drake_navbench.studies.doctor.rules import sources, startup
 from drake_navbench.studies.doctor.symptoms import Symptom
-from drake_navbench.studies.doctor.told import told_of_reading, without_repeated_cures
+from drake_navbench.studies.doctor.told import (
+    told_cures,
+    told_of_reading,
+    without_repeated_cures,
+)
 
 OWN = {rule.name for module in (startup, sources) for rule in module.RULES}
 
@@ -243,7 +247,9 @@ def test_up_to_jazzy_a_topic_without_a_slash_is_below_the_costmap(facts):
 
 def test_a_costmap_that_is_never_updated_is_found_though_it_is_refused(facts):
     found = facts(local_costmap={"update_frequency": 0.0})
-    assert "never-updated-local_costmap" in fired(found)
+    finding = next(f for f in findings_of(found) if f.rule.name == "never-updated-local_costmap")
+    # The refused 0 is left out, so the facts have Nav2's 5 Hz: they name no step from it.
+    assert told_cures(finding, found) == "set local_costmap.update_frequency to 5.0 Hz"
 
 
 def test_single_values_of_a_user_are_enough(tmp_path):

@@ -23,7 +23,8 @@ from drake_navbench.studies.doctor.differences import with_differences
 from drake_navbench.studies.doctor.driving import SEARCH_SEED, Driver
 from drake_navbench.studies.doctor.experiment import TOGETHER
 from drake_navbench.studies.doctor.first_look import unsure_of
-from drake_navbench.studies.doctor.page import patch_of, write_outputs
+from drake_navbench.studies.doctor.page import write_outputs
+from drake_navbench.studies.doctor.patches import patch_of
 from drake_navbench.studies.doctor.probes import LONGEST_S, MAKERS, ROUGH, probes_for
 from drake_navbench.studies.doctor.reading import findings_of, suspicions_of
 from drake_navbench.studies.doctor.symptoms import Symptom
@@ -110,7 +111,7 @@ def test_the_patch_of_a_file_without_a_last_end_of_line_applies():
     patient = SimpleNamespace(
         texts={file: "a: 1\nb: 2"}, patched_texts=lambda changes: {file: "a: 1\nb: 3"}
     )
-    patch = patch_of(patient, SimpleNamespace(trial=SimpleNamespace(changes={})))
+    patch = patch_of(patient, SimpleNamespace(changes={}))
     assert patch.splitlines() == [
         "--- nav2.yaml", "+++ nav2.yaml", "@@ -1,2 +1,2 @@", " a: 1",
         "-b: 2", "\\ No newline at end of file", "+b: 3", "\\ No newline at end of file",
@@ -141,7 +142,7 @@ def test_a_touch_is_treated_where_no_probe_shows_what_was_asked_for(patient):
     assert found.treated is Symptom.COLLISION
     told = verdict(found)
     assert told.startswith("No probe shows spins. In 17 of 17 probes")
-    assert "By the rules and by users' reports, try for spins first: " in told
+    assert told.endswith(" Below: 3 changes to try on the robot for spins.")
 
 
 def test_what_the_words_tell_is_treated_before_what_rules_lead_to_and_after_a_touch(patient):
@@ -164,7 +165,7 @@ def test_a_complaint_that_no_probe_shows_is_not_called_nothing_to_improve(patien
     told = Told("it swings left and right on straight ways, like a snake")
     found = visits.visit(patient, None, told, Rows([], []), seed=0)
     assert found.told[0] is Symptom.WOBBLE_STRAIGHT
-    assert "Your words may tell wobble_straight. By the rules" in verdict(found)
+    assert "Your words may tell wobble_straight. Below: 3 changes to try" in verdict(found)
     silent = visits.visit(patient, None, Told(), Rows([], []), seed=0)
     assert verdict(silent) == "Nothing to improve: no probe shows a symptom."
 

@@ -176,7 +176,7 @@ def _rules(costmap: str) -> tuple[Rule, ...]:
             lambda f: f.raw.get(f"{costmap}.update_frequency") in (0, 0.0),
             lambda f: f"{costmap}.update_frequency is 0 Hz: Nav2 never updates this costmap",
             {S.IGNORES_OBSTACLES: SURE, S.PLANNER_FAILS: SURE, S.NO_START: SURE, S.COLLISION: 1.3},
-            (up(f"{costmap}.update_frequency", 5.0),),
+            (put(f"{costmap}.update_frequency", 5.0),),
             "nav2_costmap_2d: costmap_2d_ros.cpp, mapUpdateLoop",
         ),
         Rule(
