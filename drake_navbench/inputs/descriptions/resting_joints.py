@@ -129,8 +129,8 @@ def _states(file: Path) -> Iterator[_State]:
         }
         positions = {name: value for name, value in values.items() if value is not None}
         if positions and len(positions) == len(values):
-            names = (SUBSTITUTION.sub("", state.get(key, "")) for key in ("name", "group"))
-            yield _State(*names, positions)
+            name, group = (SUBSTITUTION.sub("", state.get(key, "")) for key in ("name", "group"))
+            yield _State(name, group, positions)
 
 
 def _mimicked(
