@@ -254,34 +254,31 @@ def _only_key(value: Any) -> str:
 
 
 def _plain(value: Any, where: str, label: str) -> list[Place]:
-    """Returns the lists of numbers that are places: in a list, or in a mapping all alike."""
+    """Returns the lists of numbers that are places: in a list, or several in a mapping, all alike.
+
+    label: name of the mapping that holds the value.
+    """
     if isinstance(value, Mapping):
         arrays = _from_arrays(value, where)
-        entries = [(str(key), one) for key, one in value.items()]
-        named = [(key, one) for key, one in entries if is_numbers(one)]
-        if len(named) < 2 or len({len(one) for _, one in named}) > 1:
-            named = []
-        rest = [(key, one) for key, one in entries if not is_numbers(one)]
+        if arrays:
+            return arrays
+        entries = [
+            (below(where, key), f"{label}.{key}".lstrip("."), one) for key, one in value.items()
+        ]
     elif isinstance(value, list):
-        arrays = []
-        entries = [(f"[{index}]", one) for index, one in enumerate(value)]
-        named = [(key, one) for key, one in entries if is_numbers(one)]
-        rest = [(key, one) for key, one in entries if isinstance(one, Mapping | list)]
+        entries = [(f"{where}[{index}]", "", one) for index, one in enumerate(value)]
     else:
         return []
-    if arrays:
-        return arrays
-    has_quaternions = all(ends_in_quaternion(one) for _, one in named)
-    found = []
-    for key, one in entries:
-        here = f"{where}{key}" if key[0] == "[" else below(where, key)
-        if (key, one) in named:
+    lists = [one for *_, one in entries if is_numbers(one)]
+    is_alike = len(lists) > 1 and len({len(one) for one in lists}) == 1
+    has_quaternions = all(map(ends_in_quaternion, lists))
+    found: list[Place] = []
+    for here, name, one in entries:
+        if not is_numbers(one):
+            found += _plain(one, here, name or label)
+        elif isinstance(value, list) or is_alike:
             pose = pose_of_numbers(one, here, has_quaternions=has_quaternions)
-            name = here.rpartition(": ")[2] if key[0] == "[" else f"{label}.{key}".lstrip(".")
-            found.append(Place(name, pose))
-        elif (key, one) in rest:
-            inner = label if key[0] == "[" else f"{label}.{key}".lstrip(".")
-            found += _plain(one, here, inner)
+            found.append(Place(name or here.rpartition(": ")[2], pose))
     return found
 
 

@@ -19,7 +19,7 @@ ENDS = (("startid", "endid"), ("from", "to"), ("start", "end"), ("source", "targ
 TARGETS = ("node", "to", "target", "id", "name")
 # The mark of GeoJSON coordinates in m; without any, the standard has longitudes and latitudes.
 METRIC_MARK = "3857"
-MAP_FRAMES = ("map", "")
+SHOWN = 60
 # Frames that move against the map, or of another kind of coordinates.
 OTHER_FRAMES = ("odom", "base_link", "base_footprint", "base", "wgs84", "utm", "gps", "camera_link")
 
@@ -60,7 +60,7 @@ def geojson_graph(data: Mapping[str, Any], source: str) -> Graph:
     )
     places: list[Place] = []
     ids: list[str] = []
-    lines: list[tuple[str, str, str]] = []
+    lines: list[tuple[str, tuple[str, str]]] = []
     for index, feature in enumerate(features):
         where = f"{source}: features[{index}]"
         own = feature.get("properties") if isinstance(feature, Mapping) else None
@@ -69,16 +69,14 @@ def geojson_graph(data: Mapping[str, Any], source: str) -> Graph:
         if not isinstance(shape, Mapping):
             continue
         if "startid" in own and "endid" in own:
-            lines.append((where, str(own["startid"]), str(own["endid"])))
+            lines.append((where, (str(own["startid"]), str(own["endid"]))))
         elif shape.get("type") == "Point":
             if not is_metric:
                 raise gps_fault(where)
             require_map_frame(own.get("frame", ""), where)
             ids.append(str(own.get("id", index)))
             places.append(Place(_name_in(own, ids[-1]), _point(shape, where)))
-    _require_known([(where, end) for where, *ends in lines for end in ends], ids)
-    edges = [(ids.index(start), ids.index(end)) for _, start, end in lines]
-    return Graph(tuple(places), tuple(dict.fromkeys(edges)))
+    return Graph(tuple(places), _edges(lines, ids))
 
 
 def rmf_graph(data: Mapping[str, Any], source: str) -> Graph:
@@ -102,11 +100,12 @@ def rmf_graph(data: Mapping[str, Any], source: str) -> Graph:
             raise InputError(f"{here}: got {vertex!r}; expected x, y and a mapping")
         own = vertex[-1] if isinstance(vertex[-1], Mapping) else {}
         places.append(Place(_name_in(own, str(index)), checked(FoundPose(x, y), here)))
-    lanes = [_list(lane)[:2] for lane in _list(level.get("lanes"))]
     numbers = list(map(str, range(len(places))))
-    ends = [(f"{where}.lanes[{i}]", str(end)) for i, lane in enumerate(lanes) for end in lane]
-    _require_known(ends, numbers)
-    return Graph(tuple(places), tuple(dict.fromkeys((int(a), int(b)) for a, b in lanes)))
+    lanes = [
+        (f"{where}.lanes[{index}]", _ends(lane, f"{where}.lanes[{index}]"))
+        for index, lane in enumerate(_list(level.get("lanes")))
+    ]
+    return Graph(tuple(places), _edges(lanes, numbers))
 
 
 def edges_between(places: Sequence[Place], edges: Any, where: str) -> tuple[tuple[int, int], ...]:
@@ -116,7 +115,7 @@ def edges_between(places: Sequence[Place], edges: Any, where: str) -> tuple[tupl
     without such a list. Raises InputError for an end that is no place.
     """
     names = [place.name for place in places]
-    pairs = [(f"{where}[{i}]", _ends(edge)) for i, edge in enumerate(_list(edges))]
+    pairs = [(f"{where}[{i}]", _ends(e, f"{where}[{i}]")) for i, e in enumerate(_list(edges))]
     if not pairs:
         pairs = [
             (f"{where}: {place.name}: neighbours", (place.name, other))
@@ -125,9 +124,7 @@ def edges_between(places: Sequence[Place], edges: Any, where: str) -> tuple[tupl
         ]
     if not {end for _, ends in pairs for end in ends} & set(names):
         names = list(map(str, range(len(places))))
-    _require_known([(here, end) for here, ends in pairs for end in ends], names)
-    found = [(names.index(ends[0]), names.index(ends[1])) for _, ends in pairs if len(ends) == 2]
-    return tuple(dict.fromkeys(found))
+    return _edges(pairs, names)
 
 
 def neighbours_in(value: Mapping[Any, Any]) -> tuple[str, ...]:
@@ -143,19 +140,26 @@ def neighbours_in(value: Mapping[Any, Any]) -> tuple[str, ...]:
     return ()
 
 
-def _ends(edge: Any) -> tuple[str, ...]:
+def _ends(edge: Any, where: str) -> tuple[str, str]:
+    """Returns the names of the places that an edge joins; raises InputError."""
+    found = _list(edge)[:2]
     if isinstance(edge, Mapping):
-        return next(
-            (tuple(str(edge[e]) for e in ends) for ends in ENDS if set(ends) <= {*edge}), ()
-        )
-    return tuple(str(end) for end in _list(edge)[:2] if isinstance(end, str | int))
+        found = next(([edge[end] for end in ends] for ends in ENDS if set(ends) <= {*edge}), [])
+    if len(found) != 2 or any(type(end) not in (int, str) for end in found):
+        raise InputError(f"{where}: got {str(edge)[:SHOWN]}; expected the names of two places")
+    return str(found[0]), str(found[1])
 
 
-def _require_known(ends: Sequence[tuple[str, str]], names: Sequence[str]) -> None:
-    known = set(names)
-    for where, end in ends:
-        if end not in known:
-            raise InputError(f"{where}: leads to {end}; expected a place of the file")
+def _edges(
+    pairs: Sequence[tuple[str, tuple[str, str]]], names: Sequence[str]
+) -> tuple[tuple[int, int], ...]:
+    """Returns pairs of names as indices, without repetition; raises InputError for another name."""
+    index = {name: number for number, name in reversed([*enumerate(names)])}
+    for where, ends in pairs:
+        for end in ends:
+            if end not in index:
+                raise InputError(f"{where}: leads to {end}; expected a place of the file")
+    return tuple(dict.fromkeys((index[a], index[b]) for _, (a, b) in pairs))
 
 
 def _point(shape: Mapping[str, Any], where: str) -> FoundPose:

@@ -199,7 +199,7 @@ def _turn_in(value: Mapping[str, Any], where: str) -> float | None:
         degrees = DEGREES.search(name)
         if (DEGREES.sub("", name) in YAWS) and (yaw := number_of(one)) is not None:
             return math.radians(yaw) if degrees else yaw
-    if "w" in value and ends_in_quaternion([0.0, 0.0, value.get("z"), value["w"]]):
+    if {"z", "w"} <= value.keys() and ends_in_quaternion([0.0, 0.0, value["z"], value["w"]]):
         return _yaw_of({"z": value["z"], "w": value["w"]}, where)
     return None
 

@@ -140,6 +140,7 @@ REFUSED = {
     ),
     "none.yaml": ("goals: [{title: win}]", "none.yaml: has no places; expected mappings with x"),
     "empty.yaml": ("", "empty.yaml: has no places"),
+    "keys.json": ('{"": [1], "x": {"w": 1}, "y": {"": []}}', "keys.json: x: got"),
     "cut.json": ('{"waypoints": [', "cut.json, line 1: is no JSON: "),
     "cut.yaml": ("waypoints: [", "cut.yaml, line 2: "),
     "five.csv": ("1,2,3,4,5\n", "five.csv, line 1: 5 numbers; expected x, y or x, y, yaw"),
@@ -153,6 +154,10 @@ REFUSED = {
     "lost.json": (
         '{"nodes": [{"id": 1, "x": 1, "y": 2}], "edges": [[1, 5]]}',
         "lost.json: edges[0]",
+    ),
+    "lane.yaml": (
+        "levels: {L: {vertices: [[1, 2]], lanes: [[0]]}}",
+        "lane.yaml: levels.L.lanes[0]",
     ),
     "line.geojson": (
         '{"features": [{"properties": {"startid": 1, "endid": 2}, "geometry": {}}]}',

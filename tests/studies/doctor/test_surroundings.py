@@ -65,8 +65,6 @@ def test_tasks_on_the_users_map_are_probes_with_noise_and_a_varied_start(map_fil
         assert probe.robot_overrides["drive"] == base["drive"]
         assert 0.0 < probe.goal[0] < 6.0
     assert set(MAKERS) - {"slow_zone"} <= set(probes)
-    again = probes_for(robot, 0.3, Surroundings(map_file, 3, base), seed=5)
-    assert again["map_2"].goal == probes["map_2"].goal
     places = map_file.with_name("goals.csv")
     places.write_text("dock,1,1,0\nbed,4,1,0\ndoor,4,3,1.5\n")
     probes = probes_for(robot, 0.3, Surroundings(map_file, places, base), seed=5)
