@@ -62,8 +62,8 @@ class SceneView(NamedTuple):
 
     course: as in the maps of driven paths. others: outlines by their legend's text, such as
     obstacles that are on no map. costs: grids of costmaps. known: x0, y0, x1, y1 m of the area that
-    each map shows, (4,). masks: filters' grids by name; every value above 0 is drawn. outline: (K,
-    2) of the robot in its own frame.
+    each map shows, (4,). masks: filters' grids by their legend's text; every value above 0 is
+    drawn. outline: (K, 2) of the robot in its own frame.
     """
 
     title: str
@@ -71,7 +71,7 @@ class SceneView(NamedTuple):
     others: dict[str, list[Array]]
     costs: list[Grid]
     known: list[Array]
-    masks: dict[str, Grid]
+    masks: dict[str, list[Grid]]
     tasks: list[Task]
     outline: Array
 
@@ -111,8 +111,9 @@ def scene_figure(view: SceneView) -> Figure:
     figure, (axes,) = new_figure(axes_size_in=(WIDTH_IN, height_in))
     keys: list[Any] = [_draw_grid(axes, grid) for grid in view.costs][:1]
     # By the alphabet: a mask's colour depends only on the kinds of masks in the picture.
-    for (name, grid), color in zip(sorted(view.masks.items()), MASKS * 9, strict=False):
-        keys.append(_draw_mask(axes, name, grid, color))
+    for (name, grids), color in zip(sorted(view.masks.items()), MASKS * 9, strict=False):
+        key, *_ = [_draw_mask(axes, name, grid, color) for grid in grids]
+        keys.append(key)
     draw_course(axes, view.course)
     for (label, outlines), hatch in zip(view.others.items(), HATCHES, strict=False):
         look: dict[str, Any] = {"facecolor": "none", "edgecolor": OBSTACLE_EDGE, "hatch": hatch}

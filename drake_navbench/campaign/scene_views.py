@@ -41,7 +41,8 @@ def scene_view(scenarios: Sequence[Scenario], robot: Robot) -> tuple[SceneView, 
     first = scenarios[0]
     told: list[str] = []
     tasks: list[Task] = []
-    costs, known, masks = [], [], {}
+    costs, known = [], []
+    masks: dict[str, list[Grid]] = {}
     for scenario in scenarios:
         check_task(scenario, robot)
         tasks += _tasks(scenario, robot, told)
@@ -50,9 +51,8 @@ def scene_view(scenarios: Sequence[Scenario], robot: Robot) -> tuple[SceneView, 
         costs.append(costmap.grid)
         known += _known(place)
         for mask in place.filter_masks:
-            masks[MASKS.get(mask.type, mask.type)] = Grid(
-                np.asarray(mask.grid.occupancy), *mask.grid.frame
-            )
+            grid = Grid(np.asarray(mask.grid.occupancy), *mask.grid.frame)
+            masks.setdefault(MASKS.get(mask.type, mask.type), []).append(grid)
     seen, others = _obstacles(first.true_world, robot)
     ways, movers = _movers(first.true_world)
     plans = [task.plan[:, :2] for task in tasks if task.plan is not None]

@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from drake_navbench.analysis.figures.style import figure_style
+from drake_navbench.analysis.figures.views import scene_figure
 from drake_navbench.analysis.html import inline_svg
 from drake_navbench.campaign.robot_views import column_view, robot_view
 from drake_navbench.campaign.scene_views import BELOW, UNKNOWN_TO_PLANNER, scene_view, scenes_of
@@ -62,6 +64,18 @@ def test_obstacles_that_no_map_shows_and_low_ones_are_told_apart():
     unknown, low = view.others
     assert unknown == UNKNOWN_TO_PLANNER
     assert low.startswith(BELOW)
+
+
+def test_every_area_of_a_kind_is_drawn():
+    areas = [[[x, 1.0], [x + 1.0, 1.0], [x + 1.0, 2.0], [x, 2.0]] for x in (1.0, 3.0)]
+    filters = [{"type": "keepout", "areas": [{"polygon": corners}]} for corners in areas]
+    goal = {"goal": (5.0, 0.0, 0.0), "name": "areas", "description": "Two keepouts"}
+    view, _ = scene_view([Scenario(**goal, filters=filters)], load_robot("round_robot"))
+    assert {name: len(grids) for name, grids in view.masks.items()} == {"keepout area": 2}
+    with figure_style():
+        (axes,) = scene_figure(view).axes
+    # The grid of the costmap, and each keepout.
+    assert len(axes.images) == 3
 
 
 def test_people_are_drawn_with_their_ways():
