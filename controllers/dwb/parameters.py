@@ -267,7 +267,8 @@ class DynamicWindowApproachParameters(ParametersWithCritics):
         for known in GENERATORS:
             if name in (known, known.rpartition("::")[2]):
                 return known
-        raise ValueError(f"no such generator{nearest_name_hint(name, GENERATORS)}")
+        hint = nearest_name_hint(name, GENERATORS)
+        raise ValueError(f"got {name!r}, expected a trajectory generator{hint}")
 
     @model_validator(mode="after")
     def _check_ranges(self) -> Self:

@@ -177,7 +177,8 @@ def _unpacked(name: str, packed: Any) -> NDArray[np.float64]:
     if not isinstance(shape, list) or not all(type(n) is int and n >= 0 for n in shape):
         raise ValueError(f"{name}: expected a map with shape and data, got the shape {shape!r}")
     if len(shape) != axes or last not in (None, shape[-1]):
-        raise ValueError(f"{name}: got the shape {shape}")
+        wanted = ", ".join([*["N"] * (axes - 1), str(last or "N")])
+        raise ValueError(f"{name}: got the shape {shape}, expected [{wanted}]")
     byte_count = 8 * math.prod(shape)
     if not isinstance(data, bytes) or len(data) != byte_count:
         raise ValueError(f"{name}: expected {byte_count} bytes of data for the shape {shape}")

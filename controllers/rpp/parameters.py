@@ -213,6 +213,6 @@ class RegulatedPurePursuitParameters(PursuitParameters):
             require_order(self, "min_linear_vel", "max_linear_vel")
             require_order(self, "min_angular_vel", "max_angular_vel")
             for name in ("max_linear_decel", "max_angular_decel"):
-                if getattr(self, name) >= 0.0:
-                    raise ValueError(f"{name} ({getattr(self, name)}) must be negative")
+                if (value := getattr(self, name)) >= 0.0:
+                    raise ValueError(f"{name}: got {value}, expected a negative number")
         return self

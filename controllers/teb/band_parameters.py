@@ -93,6 +93,6 @@ class BandParameters(ControllerParameters):
         require_order(self, "min_samples", "max_samples")
         if self.min_samples < FEWEST_SAMPLES:
             raise ValueError(
-                f"min_samples must be at least {FEWEST_SAMPLES}, got {self.min_samples}"
+                f"min_samples: got {self.min_samples}, expected at least {FEWEST_SAMPLES}"
             )
         return self

@@ -59,11 +59,13 @@ class FootprintModel(ControllerParameters):
     @model_validator(mode="after")
     def _check_shape_is_given(self) -> FootprintModel:
         if self.type == "line" and (self.line_start is None or self.line_end is None):
-            raise ValueError("type line needs line_start and line_end, two numbers each")
+            raise ValueError(
+                "line_start and line_end: got none, expected two numbers each for type line"
+            )
         if self.type == "polygon" and len(self.vertices or ()) < FEWEST_VERTICES:
             raise ValueError(
-                f"type polygon needs at least {FEWEST_VERTICES} vertices,"
-                f" got {len(self.vertices or ())}"
+                f"vertices: got {len(self.vertices or ())}, expected at least {FEWEST_VERTICES} "
+                "for type polygon"
             )
         return self
 

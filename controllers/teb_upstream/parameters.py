@@ -332,7 +332,9 @@ class TebUpstreamParameters(BandParameters):
         lower, upper = "obstacle_proximity_lower_bound", "obstacle_proximity_upper_bound"
         require_order(self, lower, upper, may_be_equal=False)
         if self.cmd_angle_instead_rotvel and self.min_turning_radius == 0.0:
-            raise ValueError("cmd_angle_instead_rotvel needs a min_turning_radius above 0")
+            raise ValueError(
+                "min_turning_radius: got 0.0, expected more with cmd_angle_instead_rotvel"
+            )
         weights = [name for name in type(self).model_fields if name.startswith("weight_")]
         driving = [name for name in weights if name != "weight_adapt_factor"]
         if all(getattr(self, name) == 0.0 for name in driving):

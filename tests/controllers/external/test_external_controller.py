@@ -199,7 +199,7 @@ def test_a_client_that_is_not_graceful_is_at_rest_at_once(start):
         ("sends four", "command: got [0.1, 0.0, 0.0, 0.0], expected [v, w] or [v, w, vy]"),
         ("fails oddly", "failure: got 'bored', expected no_valid_control, invalid_path"),
         ("says it is broken", "answered compute with the error 'out of ideas'"),
-        ("draws a wrong shape", "carrot: got the shape [3]"),
+        ("draws a wrong shape", "carrot: got the shape [3], expected [2]"),
     ],
 )
 def test_what_a_client_does_wrong_is_told_and_ends_it(deed, told, start):

@@ -337,8 +337,14 @@ WINDOW = {"use_dynamic_window": True}
         (SCALED | {"min_lookahead_dist": 1.0}, "min_lookahead_dist: .* max_lookahead_dist"),
         (WINDOW | {"min_linear_vel": 0.6}, "min_linear_vel: .* max_linear_vel"),
         (WINDOW | {"min_angular_vel": 3.0}, "min_angular_vel: .* max_angular_vel"),
-        (WINDOW | {"max_linear_decel": 0.9}, r"max_linear_decel \(0.9\) must be negative"),
-        (WINDOW | {"max_angular_decel": 0.0}, r"max_angular_decel \(0.0\) must be negative"),
+        (
+            WINDOW | {"max_linear_decel": 0.9},
+            "max_linear_decel: got 0.9, expected a negative",
+        ),
+        (
+            WINDOW | {"max_angular_decel": 0.0},
+            "max_angular_decel: got 0.0, expected a negative",
+        ),
         ({"lookahead_dist": 0.0}, "lookahead_dist"),
         ({"lookahead_distance": 1.0}, "lookahead_distance"),
     ],

@@ -24,7 +24,7 @@ from drake_navbench.errors import InputError
         ({"max_vel_y_typo": 0.0}, ["max_vel_y_typo"]),
         ({"footprint_model": {"type": "lin"}}, ["footprint_model"]),
         ({"footprint_model": {"type": "line"}}, ["line_start", "line_end"]),
-        ({"footprint_model": {"type": "polygon"}}, ["at least 3 vertices", "0"]),
+        ({"footprint_model": {"type": "polygon"}}, ["vertices: got 0, expected at least 3"]),
         ({"weight_optimaltime": 0.0}, ["weight_optimaltime"]),
     ],
 )

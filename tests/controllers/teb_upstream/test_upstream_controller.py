@@ -233,10 +233,13 @@ def test_a_single_band_keeps_the_preferred_side_after_a_failure(with_classes, ke
     ("values", "said"),
     [
         ({"dt_ref": 0.1}, "dt_hysteresis: got 0.1, expected less than dt_ref 0.1"),
-        ({"min_samples": 2}, "min_samples must be at least 3, got 2"),
-        ({"footprint_model": {"type": "line"}}, "type line needs line_start and line_end"),
-        ({"footprint_model": {"type": "polygon", "vertices": "[[0, 0], [1, 0]]"}}, "3 vertices"),
-        ({"cmd_angle_instead_rotvel": True}, "needs a min_turning_radius above 0"),
+        ({"min_samples": 2}, "min_samples: got 2, expected at least 3"),
+        ({"footprint_model": {"type": "line"}}, "line_start and line_end: got none"),
+        (
+            {"footprint_model": {"type": "polygon", "vertices": "[[0, 0], [1, 0]]"}},
+            "got 2, expected",
+        ),
+        ({"cmd_angle_instead_rotvel": True}, "min_turning_radius: got 0.0, expected more"),
         (
             {"obstacle_proximity_lower_bound": 0.7},
             "obstacle_proximity_lower_bound: got 0.7, expected less than",
