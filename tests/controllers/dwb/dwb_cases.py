@@ -11,34 +11,14 @@ from drake_navbench.controller import Observation
 from drake_navbench.controllers.dwb import DynamicWindowApproachParameters
 from drake_navbench.controllers.dwb.scene import Scene, Situation
 from drake_navbench.controllers.dwb.trajectories import Trajectories
+from drake_navbench.inputs.presets import preset_files
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.read_only import read_only
+from drake_navbench.typed_files.typed_yaml import read_yaml
 
-BRINGUP = {
-    "critics": [
-        "RotateToGoal",
-        "Oscillation",
-        "BaseObstacle",
-        "GoalAlign",
-        "PathAlign",
-        "PathDist",
-        "GoalDist",
-    ],
-    "max_vel_x": 0.26,
-    "max_speed_xy": 0.26,
-    "max_vel_theta": 1.0,
-    "acc_lim_x": 2.5,
-    "acc_lim_theta": 3.2,
-    "decel_lim_x": -2.5,
-    "decel_lim_theta": -3.2,
-    "linear_granularity": 0.05,
-    "RotateToGoal": {"scale": 32.0},
-    "BaseObstacle": {"scale": 0.02},
-    "GoalAlign": {"scale": 24.0, "forward_point_distance": 0.1},
-    "PathAlign": {"scale": 32.0, "forward_point_distance": 0.1},
-    "PathDist": {"scale": 32.0},
-    "GoalDist": {"scale": 24.0},
-}
+# nav2_bringup's, at its own speed; the preset drives at the wheelchair's.
+BRINGUP = read_yaml(preset_files()["dwb_bringup"])["parameters"]
+BRINGUP |= {"max_vel_x": 0.26, "max_speed_xy": 0.26}
 RECTANGLE = np.array([[0.4, 0.2], [0.4, -0.2], [-0.2, -0.2], [-0.2, 0.2]])
 SETUP = setup_of(RECTANGLE)
 
