@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 
 from drake_navbench.inputs.lidar import LidarSettings
-from drake_navbench.kernels.denoise import denoise
 from drake_navbench.kernels.footprint import circle_footprint, footprint_cost
 from drake_navbench.kernels.grid import LETHAL, Grid
 from drake_navbench.kernels.inflation import inflate
-from drake_navbench.kernels.layer_grid import MergeRule, merge_layer
 from drake_navbench.kernels.observation import Observation
 from drake_navbench.kernels.obstacle_layer import scan_points, update_obstacle_layer
 from drake_navbench.kernels.poses import place_outline
@@ -105,17 +103,6 @@ def test_inflation(benchmark, size, specks):
     costs = walls(size, specks=specks)
     inflated = benchmark(inflate, costs, **INFLATION)
     assert inflated.sum() > costs.sum()
-
-
-def test_local_costmap_with_all_layers(benchmark):
-    layer = walls(60)
-
-    def all_layers():
-        master = np.zeros((60, 60), dtype=np.uint8)
-        merge_layer(master, update(layer), MergeRule.MAX)
-        return inflate(denoise(master), **INFLATION)
-
-    assert benchmark(all_layers).any()
 
 
 def test_footprint_of_16_vertices(benchmark):
