@@ -15,6 +15,7 @@ from drake_navbench.kernels.grid import Costmap
 from drake_navbench.navigation.planner import Planner, PlanningError
 
 RESOLUTION_M = 0.05
+Pose = tuple[float, float, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +53,16 @@ def random_requests(count: int) -> Iterator[Request]:
         cells = rng.uniform(-0.02, 1.0, size=(2, 2)) * (columns + 0.5, rows - 1.6)
         poses = np.column_stack([origin + cells * RESOLUTION_M, rng.uniform(-3.0, 3.0, size=2)])
         yield Request(number, Costmap(costs, *origin, RESOLUTION_M), *poses)
+
+
+def free(rows: int = 40, columns: int = 60) -> np.ndarray:
+    """Returns the costs (rows, columns) of a free map."""
+    return np.zeros((rows, columns), dtype=np.uint8)
+
+
+def plan_on(planner: Planner, costs: np.ndarray, start: Pose, goal: Pose) -> np.ndarray:
+    """Returns the path on a map with its lower left corner at (0, 0), cells of 0.1 m."""
+    return planner.plan(Costmap(costs, 0.0, 0.0, 0.1), start, goal)
 
 
 def answer(planner: Planner, request: Request) -> tuple[int, np.ndarray]:

@@ -4,9 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from planner_requests import answer, digest, random_requests
+from planner_requests import answer, digest, free, plan_on, random_requests
 
-from drake_navbench.kernels.grid import Costmap
 from drake_navbench.navigation.navfn_planner import NavfnPlanner, NavfnPlannerParameters
 from drake_navbench.navigation.planner import (
     GoalOccupied,
@@ -17,20 +16,13 @@ from drake_navbench.navigation.planner import (
 )
 from drake_navbench.plugins.releases import Release
 
-RESOLUTION_M = 0.1
 LETHAL, UNKNOWN = 254, 255
 NO_FOOTPRINT = np.empty((0, 2))
 
 
 def plan(costs, start, goal, **parameters):
-    """Returns the path on a map with its lower left corner at (0, 0), cells of 0.1 m."""
     planner = NavfnPlanner(NavfnPlannerParameters(**parameters), NO_FOOTPRINT)
-    costmap = Costmap(np.array(costs, dtype=np.uint8), 0.0, 0.0, RESOLUTION_M)
-    return planner.plan(costmap, start, goal)
-
-
-def free(rows=40, columns=60):
-    return np.zeros((rows, columns), dtype=np.uint8)
+    return plan_on(planner, costs, start, goal)
 
 
 @pytest.mark.parametrize(

@@ -71,10 +71,10 @@ def test_the_same_request_gives_the_same_path(plugin):
 
 
 @every_planner
-def test_requests_off_the_map_are_refused(plugin):
+def test_requests_off_the_map_are_refused_start_first(plugin):
     planner = planner_of(plugin)
     with pytest.raises(StartOutsideMapBounds, match="start: found") as caught:
-        planner.plan(room(), (-1.01, 0.0, 0.0), GOAL)
+        planner.plan(room(), (-1.01, 0.0, 0.0), (99.0, 0.0, 0.0))
     assert caught.value.code == 203
     with pytest.raises(GoalOutsideMapBounds, match="goal: found") as caught:
         # The upper edge is off the map.

@@ -325,6 +325,12 @@ def test_wrong_parameters_are_refused(wrong):
         Parameters(**wrong)
 
 
+def test_the_defaults_are_nav2s():
+    assert (OURS.tolerance, OURS.cost_travel_multiplier, OURS.max_iterations) == (0.125, 1.0, 10**6)
+    assert (OURS.smoother.w_data, OURS.smoother.w_smooth) == (0.2, 0.3)
+    assert (OURS.smoother.tolerance, OURS.smoother.refinement_num) == (1e-10, 2)
+
+
 def test_classic_mode_can_be_changed_switch_by_switch():
     parameters = Parameters.nav2_classic(use_cell_centres=True, tolerance=0.5)
     assert parameters.use_cell_centres
