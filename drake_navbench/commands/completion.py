@@ -7,9 +7,8 @@ Write it to the file from which the shell reads such scripts:
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 
-from drake_navbench.commands.command_line import EXIT_DONE, CommandParser, print_text
+from drake_navbench.commands.command_line import CommandParser, command, print_text
 
 PROGRAM = "drake-navbench"
 SHELLS = ("bash", "zsh", "tcsh")
@@ -32,19 +31,15 @@ def whole_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog=PROGRAM)
     commands = parser.add_subparsers()
     for name, about in COMMANDS.items():
-        builder = getattr(module_of(name), "build_parser", None)
-        if builder is None:
-            commands.add_parser(name, help=about)
-            continue
-        own = builder()
+        own = module_of(name).build_parser()
         commands.add_parser(name, help=about, parents=[own], add_help=False)
     return parser
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the command; returns the exit status."""
-    shell = build_parser().parse_args(argv).shell
+def _complete(arguments: argparse.Namespace) -> None:
     import shtab
 
-    print_text(f"{shtab.complete(whole_parser(), shell)}\n")
-    return EXIT_DONE
+    print_text(f"{shtab.complete(whole_parser(), arguments.shell)}\n")
+
+
+main = command(build_parser, _complete)

@@ -2,31 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import argparse
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
-from rich.console import Console
-from rich.table import Table
-
-from drake_navbench.campaign.console import terminal
-from drake_navbench.commands.command_line import CommandParser, exit_status_of
+from drake_navbench.commands.command_line import CommandParser, command
 from drake_navbench.errors import InputError, printable
-from drake_navbench.inputs.floor_scenario import SCENARIO_FILES
-from drake_navbench.inputs.presets import load_preset, preset_files
-from drake_navbench.inputs.robot import ROBOT_FILES
-from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, load_scenario
-from drake_navbench.native.builds import build_names, find_build
-from drake_navbench.plugins.kinds import GROUP_PREFIX, foreign_plugins
-from drake_navbench.typed_files.typed_yaml import read_yaml
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Returns the parser of the command line."""
+    return CommandParser(
+        prog="drake-navbench list",
+        description="Lists scenarios, controllers, robots, and plugins of other packages.",
+    )
 
 
 def print_listing(console: Console) -> None:
     """Prints scenarios, controllers, robots and other packages' plugins, one line each."""
-    others = [name for name in SCENARIO_FILES.names if name not in PUBLISHED_SCENARIOS]
-    scenarios = {n: load_scenario(n).description for n in (*PUBLISHED_SCENARIOS, *others)}
-    presets = {n: _description(n) for n in preset_files()}
-    robots = {n: _robot_description(n) for n in ROBOT_FILES.names}
-    titles = {"scenarios": scenarios, "controllers": presets, "robots": robots}
-    for title, rows in (titles | _builds() | _plugins_of_others()).items():
+    from rich.table import Table
+
+    for title, rows in _described().items():
         table = Table(title=title, title_justify="left", title_style="bold", box=None)
         table.add_column(no_wrap=True)
         table.add_column()
@@ -37,46 +36,49 @@ def print_listing(console: Console) -> None:
         console.print()
 
 
-def _robot_description(name: str) -> str:
-    """Returns the description of a built-in robot, without checking it against its model."""
-    return str(read_yaml(ROBOT_FILES.find(name))["description"])
+def _described() -> dict[str, dict[str, str]]:
+    """Returns the descriptions by title of their table and by name."""
+    from drake_navbench.inputs.floor_scenario import SCENARIO_FILES
+    from drake_navbench.inputs.presets import load_preset, preset_files
+    from drake_navbench.inputs.robot import ROBOT_FILES
+    from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, load_scenario
+    from drake_navbench.native.builds import build_names, find_build
+    from drake_navbench.plugins.kinds import GROUP_PREFIX, foreign_plugins
+    from drake_navbench.typed_files.typed_yaml import read_yaml
 
-
-def _builds() -> dict[str, dict[str, str]]:
-    """Returns the builds of Nav2, if there are any, by name."""
-    builds = {name: _origin_of_build(name) for name in build_names()}
-    return {"builds of Nav2 (for rpp@NAME)": builds} if builds else {}
-
-
-def _origin_of_build(name: str) -> str:
-    """Returns the origin of a build, or the reason why it cannot be used."""
-    try:
-        return f"Nav2 {find_build(name).where_from}"
-    except InputError as error:
-        return str(error)
-
-
-def _plugins_of_others() -> dict[str, dict[str, str]]:
-    """Returns the installed plugins that are not ours, by kind and name; imports none of them."""
-    kinds: dict[str, dict[str, str]] = {}
+    scenarios = dict.fromkeys((*PUBLISHED_SCENARIOS, *SCENARIO_FILES.names))
+    tables = {
+        "scenarios": {n: load_scenario(n).description for n in scenarios},
+        "controllers": {
+            n: _or_fault(lambda p: load_preset(p).description, n) for n in preset_files()
+        },
+        # A robot is not checked against its model here.
+        "robots": {
+            n: str(read_yaml(ROBOT_FILES.find(n))["description"]) for n in ROBOT_FILES.names
+        },
+    }
+    if builds := build_names():
+        tables["builds of Nav2 (for rpp@NAME)"] = {
+            n: _or_fault(lambda b: f"Nav2 {find_build(b).where_from}", n) for n in builds
+        }
     for group, name, origin in foreign_plugins():
         title = f"{group.removeprefix(GROUP_PREFIX).replace('_', ' ')} of other packages"
-        kinds.setdefault(title, {})[name] = str(origin)
-    return kinds
+        tables.setdefault(title, {})[name] = str(origin)
+    return tables
 
 
-def _description(preset: str) -> str:
-    """Returns a preset's description, or why it cannot be used; a broken one hides no others."""
+def _or_fault(describe: Callable[[str], str], name: str) -> str:
+    """Returns the description of a name, or why there is none: a broken one hides no others."""
     try:
-        return load_preset(preset).description
+        return describe(name)
     except InputError as error:
         return str(error)
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the command; returns the exit status."""
-    CommandParser(
-        prog="drake-navbench list",
-        description="Lists scenarios, controllers, robots, and plugins of other packages.",
-    ).parse_args(argv)
-    return exit_status_of(lambda: print_listing(terminal()))
+def _list(arguments: argparse.Namespace) -> None:
+    from drake_navbench.campaign.console import terminal
+
+    print_listing(terminal())
+
+
+main = command(build_parser, _list)

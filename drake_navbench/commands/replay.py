@@ -52,17 +52,15 @@ def build_parser() -> argparse.ArgumentParser:
 
 
 def _replay(arguments: argparse.Namespace) -> None:
-    log = _worst_of(arguments.log) if arguments.log.is_dir() else arguments.log
+    log = arguments.log
+    if log.is_dir():
+        from drake_navbench.analysis.worst_trial import worst_trial
+
+        log = worst_trial(log)
     suffix = ".html" if arguments.beside is None else ".beside.html"
     path = arguments.out or log.with_suffix(suffix)
     render(log, path, arguments.model, arguments.beside, tells_why=arguments.why)
     print(path)
-
-
-def _worst_of(folder: Path) -> Path:
-    from drake_navbench.analysis.worst_trial import worst_trial
-
-    return worst_trial(folder)
 
 
 def render(
