@@ -60,9 +60,9 @@ def run_benchmark(
     wrong, NavbenchError where trials were ended by something outside of them.
     """
     out = None if out is None else Path(out).absolute()
-    scenarios, sweeps = _as_list(scenarios), _as_list(sweeps)
-    is_text = isinstance(controllers, str)
-    controllers = listed_controllers(controllers) if is_text else _as_list(controllers)
+    if isinstance(controllers, str):
+        controllers = listed_controllers(controllers)
+    controllers, scenarios, sweeps = map(_as_list, (controllers, scenarios, sweeps))
     names = [c if isinstance(c, str) else c.name for c in controllers]
     scenario_names = [s if isinstance(s, str) else s.name for s in scenarios]
     is_told_by_names = [*names, *scenario_names] == [*controllers, *scenarios]
