@@ -344,7 +344,7 @@ WINDOW = {"use_dynamic_window": True}
         (WINDOW | {"min_angular_vel": 3.0}, "min_angular_vel: .* max_angular_vel"),
         (WINDOW | {"max_linear_decel": 0.9}, r"max_linear_decel \(0.9\) must be negative"),
         (WINDOW | {"max_angular_decel": 0.0}, r"max_angular_decel \(0.0\) must be negative"),
-        ({"lookahead_dist": 0.0}, "lookahead_dist"),
+        ({"cancel_deceleration": 0.0}, "cancel_deceleration"),
         ({"lookahead_distance": 1.0}, "lookahead_distance"),
     ],
 )
