@@ -25,7 +25,7 @@ from drake_navbench.typed_files.usual_values import doubt_about
 MAX_BESIDE_M = 0.05
 PADDING = "footprint_padding"
 # Values of `footprint` with which Nav2 uses the radius.
-NO_FOOTPRINT = ("", "[]", [])
+NO_FOOTPRINT: tuple[Any, ...] = ("", "[]", [])
 
 
 class Outline(NamedTuple):

@@ -114,8 +114,8 @@ def test_a_mirrored_command_gives_the_mirrored_output(v, w, last_v, last_w, scal
 @pytest.mark.parametrize(
     ("name", "value"),
     [
-        ("max_velocity", (-0.1, 0.0, 1.0)),
-        ("min_velocity", (0.1, 0.0, -1.0)),
+        ("max_velocity", (-0.6, 0.0, 1.0)),
+        ("min_velocity", (0.6, 0.0, -1.0)),
         ("max_accel", (-2.5, 0.0, 3.2)),
         ("max_decel", (2.5, 0.0, -3.2)),
         ("max_velocity", (0.5, 2.0)),

@@ -59,8 +59,8 @@ def test_in_one_block_a_parameter_of_both_goes_to_both_and_in_two_to_its_own():
             "did you mean 'lookahead_dist'?, got 1.0",
         ),
         (
-            {"primary_controller": {"plugin": "rpp", "lookahead_dist": -1.0}},
-            "file: primary_controller.lookahead_dist: input should be greater than 0, got -1.0",
+            {"primary_controller": {"plugin": "rpp", "max_lookahead_dist": -1.0}},
+            "file: primary_controller.max_lookahead_dist: input should be greater than 0, got -1.0",
         ),
         (
             {"primary_controller": "rpp", "lookahead_dist": "far"},

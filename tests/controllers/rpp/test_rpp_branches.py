@@ -345,7 +345,7 @@ WINDOW = {"use_dynamic_window": True}
             WINDOW | {"max_angular_decel": 0.0},
             "max_angular_decel: got 0.0, expected a negative",
         ),
-        ({"lookahead_dist": 0.0}, "lookahead_dist"),
+        ({"cancel_deceleration": 0.0}, "cancel_deceleration"),
         ({"lookahead_distance": 1.0}, "lookahead_distance"),
     ],
 )
