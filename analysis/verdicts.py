@@ -170,19 +170,16 @@ def verdict(
     level = [other for other in others if gaps[other].is_level]
     leaders = [leader, *(other for other in others if other not in behind)]
     if len(leaders) == 1:
-        standing = FirstPlace.BEST
-        place = "best" if anyone_arrived else EXTREMES[entry.better]
+        has_touched = leader in touches and anyone_arrived
+        standing = FirstPlace.TOUCHED if has_touched else FirstPlace.BEST
+        place = "first" if has_touched else "best" if anyone_arrived else EXTREMES[entry.better]
         text = f"{leader} is {place}: {_number(means[leader], entry.unit)}; "
         text += f"next {others[0]}, {_gap(gaps[others[0]].comparison, entry.unit)}"
         if once >= {leader, others[0]}:
             text += f" ({NOTHING_RANDOM})"
-        if leader in touches and anyone_arrived:
-            standing = FirstPlace.TOUCHED
-            text = text.replace("best", "first", 1)
-            text += (
-                f"; but {leader} touched something in {counted(touches[leader], 'trial')}, so that"
-            )
-            text += " nobody is best"
+        if has_touched:
+            count = counted(touches[leader], "trial")
+            text += f"; but {leader} touched something in {count}, so that nobody is best"
     elif leaders == [leader, *level]:
         standing = FirstPlace.LEVEL
         text = f"level: {', '.join(leaders)} {_how_close(gaps, means, level, entry)}"
