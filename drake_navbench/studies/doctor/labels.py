@@ -67,7 +67,7 @@ def _compared(offer: Offer) -> str:
         return "There was no time to see if it makes something worse."
     count = f"{judged.trials} trial{'s' * (judged.trials != 1)}"
     if judged.same == judged.trials:
-        return f"Nothing changes in {count}, to the last digit: no probe shows what it does."
+        return f"Nothing changes in {count}, to the last digit: they do not show what it does."
     same = f"; {judged.same} of them stay the same to the last digit" if judged.same else ""
     before, after = f"{judged.before_mean:.2f}", f"{judged.after_mean:.2f}"
     goes = f"goes from {before} to {after}" if before != after else f"stays at {before}"
