@@ -35,7 +35,7 @@ STYLE = (
     "table{border-collapse:collapse;width:100%}td,th{text-align:left;padding:.3rem .6rem;"
     "border-bottom:1px solid #ddd;vertical-align:top}td.n,th.n{text-align:right}"
     "code,pre{font:14px/1.4 ui-monospace,monospace;overflow-wrap:anywhere}"
-    "td.name{white-space:nowrap}"
+    "td{overflow-wrap:anywhere;min-width:4rem}td.name{white-space:nowrap}"
     "iframe{width:100%;height:34rem;border:1px solid #ddd}"
     "pre{background:#f6f6f6;padding:.8rem;white-space:pre-wrap}small{color:#555}"
     "pre del,pre ins{text-decoration:none}del{background:#fbe3e3}ins{background:#dff3e0}"
@@ -219,7 +219,7 @@ def _seen(visit: Visit, replays: Set[str]) -> list[str]:
     if not visit.probes:
         return []
     rows = [
-        f"<tr><td>{escape(symptom.value)}</td><td>{escape(LOOKS_LIKE[symptom])}</td>"
+        f'<tr><td class="name">{escape(symptom.value)}</td><td>{escape(LOOKS_LIKE[symptom])}</td>'
         f"<td>{escape('; '.join(visit.probes[name].description for name in names))}</td>"
         f"<td>{_link(name_of(symptom), replays)}</td></tr>"
         for symptom, names in visit.seen.items()
