@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from drake_navbench.studies.doctor.visit import Visit
 
 MOST_OFFERS = 3
+# The trials for the replays, for which search and comparisons leave time.
+REPLAY_TRIALS = 4
 # So many changes are compared with the file as it is at most: some make something worse.
 MOST_COMPARED = 6
 
@@ -57,6 +59,17 @@ class Offer:
     def is_idle(self) -> bool:
         """Whether no trial depends on the change."""
         return self.tried.reason == IDLE
+
+
+def note_offers(visit: Visit, patient: Patient, driver: Driver, near: Sequence[Symptom]) -> None:
+    """Notes the changes to try; after Ctrl-C none is driven. near: as of `offers_of`."""
+    try:
+        with driver.keeping(REPLAY_TRIALS * driver.trial_s):
+            drives = not visit.is_interrupted
+            for offer in offers_of(visit, patient, driver, near, drives=drives):
+                visit.offers.append(offer)
+    except KeyboardInterrupt:
+        visit.is_interrupted = True
 
 
 def offers_of(

@@ -9,6 +9,7 @@ from pathlib import Path
 from drake_navbench.errors import writing
 from drake_navbench.studies.doctor.before_after import REPLAY, name_of, write_replays
 from drake_navbench.studies.doctor.change import Judged
+from drake_navbench.studies.doctor.change_words import change_told
 from drake_navbench.studies.doctor.driving import Driver
 from drake_navbench.studies.doctor.files import Patient, told_files
 from drake_navbench.studies.doctor.labels import HEADING, offer_label, patch_name
@@ -24,7 +25,7 @@ from drake_navbench.studies.doctor.told import (
 )
 from drake_navbench.studies.doctor.tried import Tried
 from drake_navbench.studies.doctor.visit import Visit
-from drake_navbench.studies.doctor.words import assumed, change_told, evidence, verdict
+from drake_navbench.studies.doctor.words import assumed, evidence, verdict
 
 PAGE = "doctor.html"
 STYLE = (

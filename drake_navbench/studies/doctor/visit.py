@@ -29,7 +29,7 @@ from drake_navbench.studies.doctor.first_look import (
     first_look,
     seen_in,
 )
-from drake_navbench.studies.doctor.offers import Offer, offers_of
+from drake_navbench.studies.doctor.offers import REPLAY_TRIALS, Offer, note_offers
 from drake_navbench.studies.doctor.probes import MADE_FOR, probes_for
 from drake_navbench.studies.doctor.reading import Suspicion, asked_about, findings_of, suspicions_of
 from drake_navbench.studies.doctor.rules.rule import Finding
@@ -38,9 +38,9 @@ from drake_navbench.studies.doctor.symptoms import MILDER, Symptom
 from drake_navbench.studies.doctor.told import told_blindness
 from drake_navbench.studies.doctor.tried import Rarity, Tried, Verdict
 
-# The search keeps the time of one judgement and of the replays, trials, but at most this share of
-# what is left.
-REPLAY_TRIALS, MOST_KEPT_SHARE = 4, 0.4
+# The search keeps the time of one judgement and of the replays, but at most this share of what is
+# left.
+MOST_KEPT_SHARE = 0.4
 # Who complains of a symptom has seen it, on a robot that may lag and slip more than the one of the
 # probes: a severity above this share of the threshold is then a weak sign of it.
 WEAK = 0.5
@@ -182,19 +182,8 @@ def visit(
         found.is_out_of_time = True
     except KeyboardInterrupt:
         found.is_interrupted = True
-    _offer(found, patient, driver)
+    note_offers(found, patient, driver, _near(found))
     return found
-
-
-def _offer(found: Visit, patient: Patient, driver: Driver) -> None:
-    """Notes the changes to try where none is shown to help; time is left for the replays."""
-    drives = not found.is_interrupted
-    try:
-        with driver.keeping(REPLAY_TRIALS * driver.trial_s):
-            for offer in offers_of(found, patient, driver, _near(found), drives=drives):
-                found.offers.append(offer)
-    except KeyboardInterrupt:
-        found.is_interrupted = True
 
 
 def _look(found: Visit, patient: Patient, driver: Driver, *, seed: int) -> None:
