@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from drake_navbench.studies.doctor.change import Judged
 from drake_navbench.studies.doctor.change_words import change_told
-from drake_navbench.studies.doctor.offers import Kind, Offer
+from drake_navbench.studies.doctor.offer import Kind, Offer
 from drake_navbench.studies.doctor.told import wrapped
 from drake_navbench.studies.doctor.tried import Tried, Verdict
-from drake_navbench.studies.doctor.visit import Visit
+from drake_navbench.studies.doctor.visited import Visit
 from drake_navbench.studies.doctor.words import price_told
 
 HEADING = "To try on the robot, one at a time, the likeliest first"

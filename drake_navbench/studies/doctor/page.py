@@ -24,7 +24,7 @@ from drake_navbench.studies.doctor.told import (
     without_repeated_cures,
 )
 from drake_navbench.studies.doctor.tried import Tried
-from drake_navbench.studies.doctor.visit import Visit
+from drake_navbench.studies.doctor.visited import Visit
 from drake_navbench.studies.doctor.words import assumed, evidence, verdict
 
 PAGE = "doctor.html"

@@ -20,7 +20,7 @@ from drake_navbench.studies.doctor.tried import (
     Tried,
     Verdict,
 )
-from drake_navbench.studies.doctor.visit import Visit
+from drake_navbench.studies.doctor.visited import Visit
 
 MOST_NAMED = 3
 
@@ -257,7 +257,7 @@ def _not_drivable(visit: Visit) -> str:
 
 
 def price_told(cure: Judged) -> str:
-    """Returns what more trials show with a change than without it, in words."""
+    """Returns the symptoms that more trials show with a change than without it."""
     if not cure.worse:
         return "no other symptom became worse"
     prices = "; ".join(
