@@ -67,8 +67,8 @@ from drake_navbench.studies.doctor.files import speed_asked
 from drake_navbench.studies.doctor.first_look import seen_in
 from drake_navbench.studies.doctor.known_cases import Case, kind_in
 from drake_navbench.studies.doctor.probes import probes_for
-from drake_navbench.studies.doctor.symptoms import Symptom
-from drake_navbench.studies.doctor.visit import MILDER, WEAK
+from drake_navbench.studies.doctor.symptoms import MILDER, Symptom
+from drake_navbench.studies.doctor.visit import WEAK
 
 LISTS = [HERE / "doctor_cases" / f"fresh_{name}.yaml" for name in ("two", "three", "four")]
 ANSWERS, AGAIN = HERE / "doctor_shown.json", HERE / "doctor_again.json"

@@ -80,7 +80,8 @@ from drake_navbench.studies.doctor.known_cases import (
 )
 from drake_navbench.studies.doctor.page import write_outputs
 from drake_navbench.studies.doctor.symptoms import Symptom
-from drake_navbench.studies.doctor.visit import Visit, visit
+from drake_navbench.studies.doctor.visit import visit
+from drake_navbench.studies.doctor.visited import Visit
 from drake_navbench.studies.doctor.words import verdict
 
 LISTS = [HERE / "doctor_cases" / f"{name}.yaml" for name in ("development", "test", "fresh")]

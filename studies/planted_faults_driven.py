@@ -44,7 +44,8 @@ from drake_navbench.studies.doctor.differences import ways_back, with_difference
 from drake_navbench.studies.doctor.driving import FRESH_SEED, Driver, Row, shows
 from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.symptoms import Symptom
-from drake_navbench.studies.doctor.visit import Visit, visit
+from drake_navbench.studies.doctor.visit import visit
+from drake_navbench.studies.doctor.visited import Visit
 
 FURTHER_SEED, FURTHER_SEEDS = 2 * FRESH_SEED, 2
 NO_BUDGET_S = 1e9

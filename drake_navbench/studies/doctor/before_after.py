@@ -11,9 +11,10 @@ from drake_navbench.logs.log import TrialLog
 from drake_navbench.studies.doctor.change import Judged
 from drake_navbench.studies.doctor.driving import FRESH_SEED, Driver, probe_of, severity
 from drake_navbench.studies.doctor.files import Patient
-from drake_navbench.studies.doctor.offers import Kind
+from drake_navbench.studies.doctor.offer import Kind
 from drake_navbench.studies.doctor.symptoms import Symptom
-from drake_navbench.studies.doctor.visit import BY_WEIGHT, Visit
+from drake_navbench.studies.doctor.visit import BY_WEIGHT
+from drake_navbench.studies.doctor.visited import Visit
 from drake_navbench.typed_files.output_file import write_whole
 
 REPLAY = "before_after.html"

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from drake_navbench.studies.doctor.change import Judged
-from drake_navbench.studies.doctor.offers import Kind, Offer
+from drake_navbench.studies.doctor.change_words import change_told
+from drake_navbench.studies.doctor.offer import Kind, Offer
 from drake_navbench.studies.doctor.told import wrapped
 from drake_navbench.studies.doctor.tried import Tried, Verdict
-from drake_navbench.studies.doctor.visit import Visit
-from drake_navbench.studies.doctor.words import change_told, price_told
+from drake_navbench.studies.doctor.visited import Visit
+from drake_navbench.studies.doctor.words import price_told
 
 HEADING = "To try on the robot, one at a time, the likeliest first"
 
@@ -67,7 +68,7 @@ def _compared(offer: Offer) -> str:
         return "There was no time to see if it makes something worse."
     count = f"{judged.trials} trial{'s' * (judged.trials != 1)}"
     if judged.same == judged.trials:
-        return f"Nothing changes in {count}, to the last digit: no probe shows what it does."
+        return f"Nothing changes in {count}, to the last digit: they do not show what it does."
     same = f"; {judged.same} of them stay the same to the last digit" if judged.same else ""
     before, after = f"{judged.before_mean:.2f}", f"{judged.after_mean:.2f}"
     goes = f"goes from {before} to {after}" if before != after else f"stays at {before}"

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from drake_navbench.studies.doctor.causes import with_short_outlines
+from drake_navbench.studies.doctor.change_words import cause_told, change_told
 from drake_navbench.studies.doctor.cures import told_with_step
 from drake_navbench.studies.doctor.far_values import FAR
 from drake_navbench.studies.doctor.labels import patch_name
-from drake_navbench.studies.doctor.offers import Kind
+from drake_navbench.studies.doctor.offer import Kind
 from drake_navbench.studies.doctor.rules.rule import Finding
 from drake_navbench.studies.doctor.told import told_cures
-from drake_navbench.studies.doctor.visit import Visit
-from drake_navbench.studies.doctor.words import cause_told, change_told, is_unfinished
+from drake_navbench.studies.doctor.visited import Visit
+from drake_navbench.studies.doctor.words import is_unfinished
 
 
 def next_step(visit: Visit) -> str:

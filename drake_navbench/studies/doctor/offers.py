@@ -1,4 +1,4 @@
-"""What a visit leaves its user to try on the robot where no change is shown to help.
+"""Changes to try on the robot, which a visit leaves where no change is shown to help.
 
 First come the changes that are shown to take the symptom away at a price, then those that helped in
 too few trials to be shown, then the likeliest by reading. The last two are driven through the
@@ -8,55 +8,37 @@ probes beside the file as it is; one that makes something worse is left out.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from enum import StrEnum
-from typing import TYPE_CHECKING
+from dataclasses import replace
 
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studies.doctor.candidates import Candidates
 from drake_navbench.studies.doctor.causes import Direction
 from drake_navbench.studies.doctor.change import FRESH_SEEDS, Judged, compared
-from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.driving import Driver
 from drake_navbench.studies.doctor.files import Patient
+from drake_navbench.studies.doctor.offer import Kind, Offer
 from drake_navbench.studies.doctor.probes import nearest_first
 from drake_navbench.studies.doctor.race import FIRST_LOOK, GLANCE
 from drake_navbench.studies.doctor.symptoms import MILDER, Symptom
 from drake_navbench.studies.doctor.tried import IDLE, LEAST_FALL, SAME, Tried, Verdict
-
-if TYPE_CHECKING:
-    from drake_navbench.studies.doctor.visit import Visit
+from drake_navbench.studies.doctor.visited import Visit
 
 MOST_OFFERS = 3
+# The trials for the replays, for which search and comparisons leave time.
+REPLAY_TRIALS = 4
 # So many changes are compared with the file as it is at most: some make something worse.
 MOST_COMPARED = 6
 
 
-class Kind(StrEnum):
-    """How far an offer is shown to help."""
-
-    TRADE = "trade"
-    HELPED = "helped"
-    READ = "read"
-
-
-@dataclass(frozen=True)
-class Offer:
-    """A change to try. judged: its trials; None if none was driven, as where none depends on it.
-
-    symptom: the one that it is for.
-    """
-
-    kind: Kind
-    tried: Tried
-    trial: Trial
-    symptom: Symptom
-    judged: Judged | None = None
-
-    @property
-    def is_idle(self) -> bool:
-        """Whether no trial depends on the change."""
-        return self.tried.reason == IDLE
+def note_offers(visit: Visit, patient: Patient, driver: Driver, near: Sequence[Symptom]) -> None:
+    """Notes the changes to try; after Ctrl-C none is driven. near: as of `offers_of`."""
+    try:
+        with driver.keeping(REPLAY_TRIALS * driver.trial_s):
+            drives = not visit.is_interrupted
+            for offer in offers_of(visit, patient, driver, near, drives=drives):
+                visit.offers.append(offer)
+    except KeyboardInterrupt:
+        visit.is_interrupted = True
 
 
 def offers_of(
@@ -93,7 +75,7 @@ def offers_of(
 def _compared(
     offer: Offer, patient: Patient, probes: Sequence[Scenario], driver: Driver, *, seed: int
 ) -> Judged | None:
-    """Returns what the probes say of an offer; None without time for a trial."""
+    """Compares an offer with the file as it is; returns None without time for a trial."""
     if driver.left_s <= 0.0:
         return None
     driver.tell(

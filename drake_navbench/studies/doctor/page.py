@@ -9,6 +9,7 @@ from pathlib import Path
 from drake_navbench.errors import writing
 from drake_navbench.studies.doctor.before_after import REPLAY, name_of, write_replays
 from drake_navbench.studies.doctor.change import Judged
+from drake_navbench.studies.doctor.change_words import change_told
 from drake_navbench.studies.doctor.driving import Driver
 from drake_navbench.studies.doctor.files import Patient, told_files
 from drake_navbench.studies.doctor.labels import HEADING, offer_label, patch_name
@@ -23,8 +24,8 @@ from drake_navbench.studies.doctor.told import (
     without_repeated_cures,
 )
 from drake_navbench.studies.doctor.tried import Tried
-from drake_navbench.studies.doctor.visit import Visit
-from drake_navbench.studies.doctor.words import assumed, change_told, evidence, verdict
+from drake_navbench.studies.doctor.visited import Visit
+from drake_navbench.studies.doctor.words import assumed, evidence, verdict
 
 PAGE = "doctor.html"
 STYLE = (
@@ -35,7 +36,7 @@ STYLE = (
     "table{border-collapse:collapse;width:100%}td,th{text-align:left;padding:.3rem .6rem;"
     "border-bottom:1px solid #ddd;vertical-align:top}td.n,th.n{text-align:right}"
     "code,pre{font:14px/1.4 ui-monospace,monospace;overflow-wrap:anywhere}"
-    "td.name{white-space:nowrap}"
+    "td{overflow-wrap:anywhere;min-width:4rem}td.name{white-space:nowrap}"
     "iframe{width:100%;height:34rem;border:1px solid #ddd}"
     "pre{background:#f6f6f6;padding:.8rem;white-space:pre-wrap}small{color:#555}"
     "pre del,pre ins{text-decoration:none}del{background:#fbe3e3}ins{background:#dff3e0}"
@@ -219,7 +220,7 @@ def _seen(visit: Visit, replays: Set[str]) -> list[str]:
     if not visit.probes:
         return []
     rows = [
-        f"<tr><td>{escape(symptom.value)}</td><td>{escape(LOOKS_LIKE[symptom])}</td>"
+        f'<tr><td class="name">{escape(symptom.value)}</td><td>{escape(LOOKS_LIKE[symptom])}</td>'
         f"<td>{escape('; '.join(visit.probes[name].description for name in names))}</td>"
         f"<td>{_link(name_of(symptom), replays)}</td></tr>"
         for symptom, names in visit.seen.items()

@@ -6,11 +6,11 @@ import difflib
 import textwrap
 from collections.abc import Iterator
 
+from drake_navbench.studies.doctor.change_words import change_told
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.labels import cure_label, offer_label, patch_name
-from drake_navbench.studies.doctor.visit import Visit
-from drake_navbench.studies.doctor.words import change_told
+from drake_navbench.studies.doctor.visited import Visit
 
 PATCHED, PATCH = "patched.yaml", "change.patch"
 # The mark of a line that ends its file without an end of line.

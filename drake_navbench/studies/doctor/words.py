@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from drake_navbench.nav2.controllers import SERVER
-from drake_navbench.nav2.patch import Place
 from drake_navbench.studies.doctor.causes import Cause, with_short_outlines
 from drake_navbench.studies.doctor.change import Judged
+from drake_navbench.studies.doctor.change_words import cause_told, change_told, name_of_place
 from drake_navbench.studies.doctor.cures import Trial, told_with_step
 from drake_navbench.studies.doctor.reading import Suspicion
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
@@ -21,7 +20,7 @@ from drake_navbench.studies.doctor.tried import (
     Tried,
     Verdict,
 )
-from drake_navbench.studies.doctor.visit import Visit
+from drake_navbench.studies.doctor.visited import Visit
 
 MOST_NAMED = 3
 
@@ -234,7 +233,7 @@ def _likeliest(visit: Visit) -> str:
     first, rivals, cure = visit.shown[0], visit.rivals, visit.cure
     if first.trial is None or not (rivals or (cure is not None and cure.tried is not first)):
         return ""
-    places = " and ".join(map(_name_of, first.trial.changes))
+    places = " and ".join(map(name_of_place, first.trial.changes))
     why = first.suspicion.reasons[0].rstrip(".")
     told = f" The likeliest cause is {places}, by reading: {why}."
     if not rivals:
@@ -258,7 +257,7 @@ def _not_drivable(visit: Visit) -> str:
 
 
 def price_told(cure: Judged) -> str:
-    """Returns what more trials show with a change than without it, in words."""
+    """Returns the symptoms that more trials show with a change than without it."""
     if not cure.worse:
         return "no other symptom became worse"
     prices = "; ".join(
@@ -288,34 +287,6 @@ def _why_not(visit: Visit) -> str:
         if worse
         else " (on fresh seeds the symptom stays in too many trials)"
     )
-
-
-def cause_told(entry: Tried) -> str:
-    return change_told(entry.trial) if entry.trial is not None else entry.suspicion.cause.told
-
-
-def change_told(trial: Trial) -> str:
-    """Returns a change as `name = value`, with the node of all but the controller server.
-
-    Of a critic that is added, the instruction alone.
-    """
-    if trial.cause.place.endswith(".critics") and len(trial.changes) == 1:
-        return trial.cause.told
-    told = (f"{_name_of(place)} = {_plain(value)}" for place, value in trial.changes.items())
-    return with_short_outlines(" and ".join(told))
-
-
-def _name_of(place: Place) -> str:
-    node = place.node.rpartition("/")[2]
-    return place.name if node == SERVER else f"{node}: {place.name}"
-
-
-def _plain(value: object) -> str:
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, list):
-        return f"[{', '.join(map(_plain, value))}]"
-    return str(value)
 
 
 def evidence(entry: Tried) -> str:

@@ -25,7 +25,7 @@ from drake_navbench.studies.doctor.page import page
 from drake_navbench.studies.doctor.partial_files import facts_of_values
 from drake_navbench.studies.doctor.reading import asked_about, suspicions_of
 from drake_navbench.studies.doctor.symptoms import Symptom
-from drake_navbench.studies.doctor.visit import Visit
+from drake_navbench.studies.doctor.visited import Visit
 
 
 def entry(says: str, *cures: str, **more: object) -> dict[str, object]:

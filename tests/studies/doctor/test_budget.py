@@ -13,7 +13,8 @@ from drake_navbench.studies.doctor.page import write_outputs
 from drake_navbench.studies.doctor.probes import nearest_first
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.tried import Verdict
-from drake_navbench.studies.doctor.visit import Visit, visit
+from drake_navbench.studies.doctor.visit import visit
+from drake_navbench.studies.doctor.visited import Visit
 from drake_navbench.studies.doctor.words import verdict
 
 TRIAL_S = 10.0

@@ -13,7 +13,8 @@ from drake_navbench.studies.doctor.page import page
 from drake_navbench.studies.doctor.reading import Suspicion, findings_of
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.tried import Verdict
-from drake_navbench.studies.doctor.visit import Visit, visit
+from drake_navbench.studies.doctor.visit import visit
+from drake_navbench.studies.doctor.visited import Visit
 from drake_navbench.studies.doctor.words import verdict
 
 SNAKE = Told("it swings left and right on straight ways, like a snake")

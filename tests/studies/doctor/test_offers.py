@@ -13,12 +13,13 @@ from drake_navbench.studies.doctor.causes import Cause, Direction
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.labels import cure_label, offer_label, told_of_offers
 from drake_navbench.studies.doctor.next_step import next_step
-from drake_navbench.studies.doctor.offers import Kind, offers_of
+from drake_navbench.studies.doctor.offer import Kind
+from drake_navbench.studies.doctor.offers import offers_of
 from drake_navbench.studies.doctor.page import page, write_outputs
 from drake_navbench.studies.doctor.reading import Suspicion
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.tried import Verdict
-from drake_navbench.studies.doctor.visit import Visit
+from drake_navbench.studies.doctor.visited import Visit
 
 WOBBLE = Symptom.WOBBLE_STRAIGHT
 # In the order of the suspicions: what is read to be likeliest comes first.

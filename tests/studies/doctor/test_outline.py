@@ -6,11 +6,11 @@ from doctor_texts import RPP, RPP_BLOCK, nav2_text
 
 from drake_navbench.commands.doctor import main
 from drake_navbench.studies.doctor.alike import Told
+from drake_navbench.studies.doctor.change_words import change_told
 from drake_navbench.studies.doctor.cures import trials_of
 from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.reading import findings_of, suspicions_of
 from drake_navbench.studies.doctor.symptoms import Symptom
-from drake_navbench.studies.doctor.words import change_told
 
 RULE = "outline-smaller-than-the-model"
 # The base is at the rear axle: the body reaches 0.5 m ahead of it.

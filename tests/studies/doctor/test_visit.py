@@ -17,6 +17,7 @@ from drake_navbench.nav2.patch import Place
 from drake_navbench.studies.doctor import visit as visits
 from drake_navbench.studies.doctor.alike import NOTHING_TOLD, Told
 from drake_navbench.studies.doctor.causes import Direction
+from drake_navbench.studies.doctor.change_words import change_told
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.detectors import detectors_digest
 from drake_navbench.studies.doctor.differences import with_differences
@@ -29,7 +30,7 @@ from drake_navbench.studies.doctor.probes import LONGEST_S, MAKERS, ROUGH, probe
 from drake_navbench.studies.doctor.reading import findings_of, suspicions_of
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.tried import NO_TIME
-from drake_navbench.studies.doctor.words import change_told, verdict
+from drake_navbench.studies.doctor.words import verdict
 
 
 def test_a_change_of_one_costmap_is_told_from_that_of_the_other():
