@@ -95,11 +95,11 @@ def _footprint(reader: NodeReader) -> list[list[float]] | None:
     given = reader.value("footprint")
     if given is None or given in NO_FOOTPRINT:
         return None
-    corners = parse_points(given) if isinstance(given, str) else given
+    corners = _corners(given)
     if isinstance(given, list):
         remark = "a list; Nav2 takes text only, '[[x, y], ...]'"
         reader.note(Status.OTHER_FORM, "footprint", remark)
-    if not are_corners(corners) or len(corners) < 3:
+    if not is_footprint(given):
         text = "expected '[[x, y], [x, y], ...]' with at least 3 corners"
         listed = corners if isinstance(corners, list) else []
         wrong = next((corner for corner in listed if not are_corners([corner])), None)
@@ -110,6 +110,16 @@ def _footprint(reader: NodeReader) -> list[list[float]] | None:
         reader.note(Status.DOUBTFUL, "footprint", remark)
         return None
     return [[float(x), float(y)] for x, y in corners]
+
+
+def is_footprint(given: Any) -> bool:
+    """Returns whether a value of `footprint` has at least three corners that can be read."""
+    corners = _corners(given)
+    return are_corners(corners) and len(corners) >= 3
+
+
+def _corners(given: Any) -> Any:
+    return parse_points(given) if isinstance(given, str) else given
 
 
 def parse_points(text: str) -> Any:

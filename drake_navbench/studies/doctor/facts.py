@@ -18,6 +18,7 @@ from drake_navbench.nav2.controllers import SERVER
 from drake_navbench.nav2.costmaps import GLOBAL_COSTMAP, LOCAL_COSTMAP
 from drake_navbench.nav2.loadable import OLD_NODE
 from drake_navbench.nav2.nav2_setup import Nav2Setup
+from drake_navbench.nav2.outline import is_footprint
 from drake_navbench.nav2.release import BEFORE_HUMBLE, told_by
 from drake_navbench.plugins.releases import NEWEST_RELEASE, Release
 from drake_navbench.typed_files.dotted_names import flattened
@@ -153,8 +154,12 @@ class Facts:
 
     @property
     def has_outline(self) -> bool:
-        """Whether the file gives the robot's outline to the local costmap."""
-        return bool({"local_costmap.robot_radius", "local_costmap.footprint"} & self.given)
+        """Whether the file gives the local costmap an outline that Nav2 can read."""
+        if "local_costmap.robot_radius" in self.given:
+            return True
+        return "local_costmap.footprint" in self.given and is_footprint(
+            self["local_costmap.footprint"]
+        )
 
     @property
     def _radii_m(self) -> tuple[float, float]:

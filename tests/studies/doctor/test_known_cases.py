@@ -107,7 +107,7 @@ def test_the_command_prints_the_score_and_writes_the_page(tmp_path, capsys):
     # No folder: a file in the place of one.
     assert main(["--score", str(cases), "--page", str(cases / "score.md")]) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert line == f"{cases}/score.md: cannot be written: Not a directory"
+    assert line == f"{cases}/score.md: cannot be written: File exists"
 
 
 def test_a_cure_in_the_other_direction_is_told_apart_from_an_unknown_one():

@@ -175,7 +175,7 @@ def test_where_none_wins_the_page_says_so(planted_trials, tmp_path, capsys):
         ({"time,clearance": "time,tme"}, "'tme' is not known"),
         ({"rpp": "rppp"}, "'rppp' is not known"),
         ({"lookahead_dist=0.3:1.2": "foo=1:2"}, "foo: unknown field"),
-        ({"lookahead_dist=0.3:1.2": "lookahead_dist=-1:1"}, "should be greater than 0, got -1"),
+        ({"lookahead_dist=0.3:1.2": "max_linear_vel=-1:1"}, "should be greater than 0, got -1"),
         ({"lookahead_dist=0.3:1.2": "lookahead_dist=a,b"}, "should be a valid number, got 'a'"),
     ],
 )

@@ -63,7 +63,7 @@ def test_without_parameters_the_list_of_the_controller_is_searched():
     [
         ("local_costmap.inflation_layer.inflation_radios=1:2", "no such parameter; did you mean"),
         ("amcl.min_particles=100:200", "amcl"),
-        (f"{RADIUS}=-1:2", "inflation_radius"),
+        ("local_costmap.resolution=-1:2", "resolution"),
     ],
 )
 def test_what_is_unknown_refused_or_without_effect_is_told_before_anything_is_driven(asked, told):
