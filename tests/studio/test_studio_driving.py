@@ -37,8 +37,8 @@ def test_changes_are_written_as_the_command_line_takes_them():
 
 
 def test_a_wrong_value_is_told_in_the_loaders_words():
-    with pytest.raises(InputError, match="lookahead_dist: input should be greater than 0, got -1"):
-        spec_of(DRAWN, Column("rpp", changes=(("lookahead_dist", -1.0),)), "wheelchair")
+    with pytest.raises(InputError, match="max_linear_vel: input should be greater than 0, got -1"):
+        spec_of(DRAWN, Column("rpp", changes=(("max_linear_vel", -1.0),)), "wheelchair")
 
 
 def test_a_trial_can_be_looked_at_moment_by_moment(tmp_path):

@@ -17,7 +17,7 @@ def test_a_bringup_preset_touches_the_wall_and_says_so(preset, why):
     assert run_trial("restricted_small", preset).outcome is Outcome.COLLIDED
     described = load_preset(preset).description
     assert why in described
-    assert "touches the wall in restricted_small and restricted_large" in described
+    assert "hits the wall in restricted_small and restricted_large" in described
 
 
 @pytest.mark.long
