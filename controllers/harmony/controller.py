@@ -147,10 +147,10 @@ class Harmony:
         field = distance_field(observation.costmap)
         sent = observed(memory.sent, self._response, observation.twist, observation.time_s)
         memory = memory._replace(sent=sent)
-        if parameters.stop_for_moving:
-            tracks = followed(memory.tracks, observation.costmap, observation.pose[:2])
-            memory = memory._replace(tracks=tracks)
-        memory = memory._replace(learnt=self._learnt(observation, memory))
+        tracks = followed(memory.tracks, observation.costmap, observation.pose[:2])
+        if moving_at(tracks, observation.time_s)[:, 5].any():
+            memory = memory._replace(met_s=observation.time_s)
+        memory = memory._replace(tracks=tracks, learnt=self._learnt(observation, memory))
         check = self._check(observation, memory)
         start = self._start(observation, memory, check)
         top_speed = limited_speed(parameters.max_vel_x, observation.speed_limit)
@@ -334,7 +334,7 @@ class Harmony:
         It is if the thing would touch the robot on the plan, and also before the robot is at rest
         if that brakes one cycle later.
         """
-        if memory.tracks is None:
+        if not self._parameters.stop_for_moving or memory.tracks is None:
             return False
         at_s = time_s + self._latency_s(memory)
         estimates = [moving_at(memory.tracks, at_s, most) for most in (MOST, LAST)]

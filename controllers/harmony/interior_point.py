@@ -168,24 +168,15 @@ def _rest_cost(plan, rest_multipliers):
 
 
 @njit(cache=True, error_model="numpy")
-def _infeasibility(last, values, slacks):
-    """Returns the sum of the differences between rows and their slacks."""
-    total = 0.0
+def _slack_sums(last, values, slacks):
+    """Returns the sums of the rows' differences from their slacks and of the slacks' logarithms."""
+    gap, logarithms = 0.0, 0.0
     for k in range(last + 1):
         for row in range(values.shape[1]):
             if is_row_of(k, last, row):
-                total += abs(values[k, row] - slacks[k, row])
-    return total
-
-
-@njit(cache=True, error_model="numpy")
-def _log_slacks(last, slacks):
-    total = 0.0
-    for k in range(last + 1):
-        for row in range(slacks.shape[1]):
-            if is_row_of(k, last, row):
-                total += math.log(slacks[k, row])
-    return total
+                gap += abs(values[k, row] - slacks[k, row])
+                logarithms += math.log(slacks[k, row])
+    return gap, logarithms
 
 
 @njit(cache=True, error_model="numpy")
@@ -287,10 +278,10 @@ def minimise(scene, guess, iterations, first_barrier, last_barrier, tolerance):
         primal, dual = _row_steps(
             last, steps, here, slacks, multipliers, barrier, slack_steps, dual_steps
         )
-        gap = _infeasibility(last, here.values, slacks)
+        gap, logarithms = _slack_sums(last, here.values, slacks)
         if gap > STILL:
             price = max(price, 1.5 * np.max(multipliers))
-        before = cost + _rest_cost(plan, rest_multipliers) - barrier * _log_slacks(last, slacks)
+        before = cost + _rest_cost(plan, rest_multipliers) - barrier * logarithms
         before += price * gap
         share = primal
         after = before
@@ -300,9 +291,10 @@ def minimise(scene, guess, iterations, first_barrier, last_barrier, tolerance):
             _rolled_step(plan, offsets, gains, share, dt, moved)
             new_cost = _evaluate(scene, moved, there)
             new_slacks = slacks + share * slack_steps
+            new_gap, logarithms = _slack_sums(last, there.values, new_slacks)
             after = new_cost + _rest_cost(moved, rest_multipliers)
-            after += price * _infeasibility(last, there.values, new_slacks)
-            after -= barrier * _log_slacks(last, new_slacks)
+            after += price * new_gap
+            after -= barrier * logarithms
             expected = SUFFICIENT_DECREASE * share * (2.0 * predicted - price * gap)
             if after <= before + min(expected, 0.0) + STILL:
                 break

@@ -21,8 +21,8 @@ class HarmonyMemory(NamedTuple):
     time_s: when it was committed. sent: the last commands. refused_since_s: since when no new plan
     has been accepted; None if the last one was. is_trapped: the last plan got nowhere. detour:
     (M, 3) the way out of a trap, or None. backs_up: the last way was driven backwards. learnt: the
-    errors of the base's candidates. tracks: of the things in the costmap, None where nothing is
-    tracked. hurries: it has stopped for one of them.
+    errors of the base's candidates. tracks: of the things in the costmap. met_s: when one of
+    them surely moved last. hurries: the robot has stopped for such a thing.
     """
 
     plan: Array | None = None
@@ -34,4 +34,5 @@ class HarmonyMemory(NamedTuple):
     backs_up: bool = False
     learnt: Learnt | None = None
     tracks: Tracks | None = None
+    met_s: float = -np.inf
     hurries: bool = False

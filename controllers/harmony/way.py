@@ -146,6 +146,14 @@ def up_to_blocked(way: Way, distance_m: float) -> Way:
     return way._replace(target=np.array(way.path[index]), nears_goal=False, stop_m=stop_m)
 
 
+def turn_towards(way: Way, start: Array) -> float:
+    """Returns the turn, rad, from the heading of a start (9,) of plans to where the way leads."""
+    stations = np.cumsum(np.hypot(*np.diff(way.path[:, :2], axis=0).T))
+    ahead = way.path[min(int(np.searchsorted(stations, LOOK_BACK_M)) + 1, len(way.path) - 1)]
+    heading = np.arctan2(ahead[1] - start[1], ahead[0] - start[0])
+    return wrap(float(heading - start[2]))
+
+
 def must_back_up(
     way: Way,
     start: Array,
@@ -158,10 +166,7 @@ def must_back_up(
 
     start: (9,) of plans. discs: (D, 2) m, which must keep `clearance` m. backs_up: it does already.
     """
-    stations = np.cumsum(np.hypot(*np.diff(way.path[:, :2], axis=0).T))
-    ahead = way.path[min(int(np.searchsorted(stations, LOOK_BACK_M)) + 1, len(way.path) - 1)]
-    heading = np.arctan2(ahead[1] - start[1], ahead[0] - start[0])
-    turn = wrap(float(heading - start[2]))
+    turn = turn_towards(way, start)
     if abs(turn) < (STILL_BACK_RAD if backs_up else LEADS_BACK_RAD):
         return False
     yaws = start[2] + np.linspace(0.0, turn, TURN_POSES)
@@ -178,11 +183,11 @@ def turn_at(start: Array, goal: Array) -> Way:
     return Way(read_only(pose[None]), pose, True, 0.0, np.inf, stop_m=0.0)
 
 
-def straight_back(start: Array, distance_m: float) -> Way:
-    """Returns the way straight backwards from the start (9,) of plans."""
+def straight(start: Array, distance_m: float) -> Way:
+    """Returns the way straight on from the start (9,) of plans, backwards for less than 0 m."""
     pose = np.array(start[:3])
-    behind = pose - distance_m * np.array([np.cos(pose[2]), np.sin(pose[2]), 0.0])
-    return Way(read_only(pose[None]), behind, False, 0.0, np.inf, backs_up=True)
+    end = pose + distance_m * np.array([np.cos(pose[2]), np.sin(pose[2]), 0.0])
+    return Way(read_only(pose[None]), end, False, 0.0, np.inf, backs_up=distance_m < 0.0)
 
 
 def progress_on(way: Way, position: Array) -> float:

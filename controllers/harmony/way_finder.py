@@ -13,6 +13,7 @@ from drake_navbench.controllers.harmony.detour import (
     beyond_map,
     distances_at,
     find_detour,
+    is_connected,
     is_good,
     joined,
     still_ahead,
@@ -21,14 +22,15 @@ from drake_navbench.controllers.harmony.detour import (
 from drake_navbench.controllers.harmony.discs import half_width
 from drake_navbench.controllers.harmony.memory import HarmonyMemory
 from drake_navbench.controllers.harmony.parameters import HarmonyParameters
-from drake_navbench.controllers.harmony.passage import is_connected
 from drake_navbench.controllers.harmony.way import (
+    LEADS_BACK_RAD,
     Way,
     along_itself,
     around,
     must_back_up,
-    straight_back,
+    straight,
     turn_at,
+    turn_towards,
     up_to_blocked,
     way_along,
 )
@@ -47,6 +49,9 @@ SLOW_AT_M = 0.2
 LOOK_PAST_M = 1.5
 # Ways past keep off obstacles over so many m where they keep to the plan, and where they do not.
 NEAR_PLAN_M, AMPLE = 0.3, Keeping(0.4, np.inf)
+# Where nothing leads past and something has moved within MET_S, s, the robot drives away until its
+# way is free for GIVES_WAY_M, m.
+MET_S, GIVES_WAY_M = 10.0, 1.2
 # In the middle of a gap the distance field is too small by this, m.
 ROOM_IN_GAPS_M = 0.02
 
@@ -80,6 +85,7 @@ class WayFinder:
         self._discs = discs
         self._clearance = clearance
         self._half_width = half_width(setup)
+        self._back_m = parameters.max_vel_x_backwards * parameters.horizon
         reach_m = max(parameters.top_speed * parameters.horizon, LOOK_PAST_M)
         self.longest_m = 2.0 * (reach_m + setup.circumscribed_radius_m)
         self._near_plan = Keeping(NEAR_PLAN_M, setup.circumscribed_radius_m + clearance)
@@ -103,6 +109,10 @@ class WayFinder:
             if is_open and (memory.is_trapped or self._leads_inside(observation, field)):
                 detour = self._new_detour(observation, memory, way, field)
             if detour is None and not is_open:
+                if self._gives_way(observation, memory, way):
+                    is_ahead = abs(turn_towards(way, start)) < LEADS_BACK_RAD
+                    away = straight(start, -self._back_m if is_ahead else self._back_m)
+                    return FoundWay(away, True, None, way.blocked_m)
                 stop_m = self._parameters.give_up_distance - SLOW_AT_M
                 return FoundWay(up_to_blocked(way, stop_m), False, None, way.blocked_m)
         if detour is None:
@@ -120,11 +130,16 @@ class WayFinder:
 
     def _backed_up(self, way: Way, start: Array, field: DistanceField, *, is_backing: bool) -> Way:
         """Returns the way, or one straight back if the robot has no room to turn towards it."""
-        fastest, horizon = self._parameters.max_vel_x_backwards, self._parameters.horizon
         room = field, self._discs, self._clearance
-        if fastest > 0.0 and must_back_up(way, start, *room, is_backing):
-            return straight_back(start, fastest * horizon)
+        if self._back_m > 0.0 and must_back_up(way, start, *room, is_backing):
+            return straight(start, -self._back_m)
         return way
+
+    def _gives_way(self, observation: Observation, memory: HarmonyMemory, way: Way) -> bool:
+        """Returns whether the robot drives away from somebody in its way."""
+        least_m = GIVES_WAY_M if memory.backs_up else self._parameters.give_up_distance
+        has_met = observation.time_s - memory.met_s <= MET_S
+        return has_met and way.blocked_m <= least_m and self._back_m > 0.0
 
     def _along(
         self, plan: Array, observation: Observation, field: DistanceField, reach_m: float

@@ -133,11 +133,11 @@ def test_the_robot_backs_up_where(yaw, boxes, before, backs_up):
     assert must_back_up(way, start, field, DISCS, 0.05, before) is backs_up
 
 
-def find_way(*boxes, detour=None, is_trapped=False, **values):
+def find_way(*boxes, memory=None, **values):
     """The way that a robot finds at the origin, 0.5 m/s fast, on a plan along x."""
     controller, now = Harmony(HarmonyParameters(), setup_for()), seen(*boxes, **values)
     start = make_start(now.pose, 0.5, 0.0)
-    memory = HarmonyMemory(detour=detour, is_trapped=is_trapped)
+    memory = HarmonyMemory() if memory is None else memory
     return controller._way_finder.find(now, memory, start, distance_field(now.costmap), 1.5)
 
 
@@ -151,9 +151,34 @@ def find_way(*boxes, detour=None, is_trapped=False, **values):
     ],
 )
 def test_a_robot_that_is_trapped_on_a_free_plan_backs_up_where(yaw, walls, is_trapped, backs_up):
-    found = find_way(*walls, is_trapped=is_trapped, pose=(0.0, 0.0, yaw))
+    memory = HarmonyMemory(is_trapped=is_trapped)
+    found = find_way(*walls, memory=memory, pose=(0.0, 0.0, yaw))
     assert (found.is_open, found.detour) == (True, None)
     assert found.way.backs_up is backs_up
+
+
+@pytest.mark.parametrize(
+    ("front_m", "met_s", "backs_up", "is_open"),
+    [
+        # The robot reaches to 0.86 m, and the wall is as wide as the map.
+        pytest.param(1.3, 0.0, False, True, id="something has moved 1 s ago"),
+        pytest.param(1.3, -np.inf, False, False, id="nothing has"),
+        pytest.param(1.3, -9.1, False, False, id="it was 10.1 s ago"),
+        pytest.param(1.8, 0.0, False, False, id="the way is free for 0.9 m"),
+        pytest.param(1.8, 0.0, True, True, id="it backs up already, until 1.2 m are free"),
+        pytest.param(2.3, 0.0, True, False, id="the way is free for 1.4 m"),
+    ],
+)
+@pytest.mark.parametrize("yaw", [0.0, np.pi])
+def test_it_drives_away_where_the_way_is_closed_and(front_m, met_s, backs_up, is_open, yaw):
+    memory = HarmonyMemory(met_s=met_s, backs_up=backs_up)
+    wall = (front_m, -3.0, front_m + 0.1, 3.0)
+    found = find_way(wall, memory=memory, pose=(0.0, 0.0, yaw))
+    assert found.is_open is is_open
+    if is_open:
+        # 3 s at 0.2 m/s away from the wall, backwards if the robot faces it.
+        assert found.way.target[:2] == pytest.approx([-0.6, 0.0])
+        assert found.way.backs_up is (yaw == 0.0)
 
 
 def test_a_way_past_a_box_is_found_before_the_local_plan_reaches_it():
@@ -176,7 +201,7 @@ def test_a_detour_that_the_map_closes_is_replaced_only_by_a_short_one(half_width
     wall = (2.0, -half_width_m, 2.1, half_width_m)
     through = path_from_polyline(np.array([[0.0, 0.0], [2.05, 0.3], [3.5, 0.0]]), 0.05)
     plans = {"plan": straight(2.0), "global_plan": straight(6.0)}
-    found = find_way(wall, detour=through, **plans)
+    found = find_way(wall, memory=HarmonyMemory(detour=through), **plans)
     assert found.is_open is is_open
     assert (found.detour is not None) is is_open
 

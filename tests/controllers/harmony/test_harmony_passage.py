@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from harmony_scenes import DISCS, costmap_with, straight
 
-from drake_navbench.controllers.harmony.passage import is_connected
+from drake_navbench.controllers.harmony.detour import is_connected
 from drake_navbench.controllers.harmony.scene import make_start
 from drake_navbench.controllers.harmony.way import (
     progress_on,

@@ -161,35 +161,52 @@ def test_a_touch_is_when_the_discs_meet_the_outline():
     assert touches(people, FOOTPRINT, poses, 0.01, 0.05, 3.0).tolist() == [True, False]
 
 
+PLAN = np.column_stack([np.arange(-1.0, 8.0, 0.05), np.zeros(180), np.zeros(180)])
+
+
+def drive_on(controller, state, boxes_at, cycles, **remembered):
+    """Yields the time, s, and the memory after each cycle; the state (5,) changes in place.
+
+    boxes_at: of the map at a time, which comes every fourth cycle. remembered: fields of the memory
+    at the start.
+    """
+    memory = controller.initial_memory()._replace(**remembered)
+    for cycle in range(cycles):
+        time_s = cycle * PERIOD_S
+        if cycle % 4 == 0:
+            seen_map = replace(costmap_with(*boxes_at(time_s)), stamp_s=time_s)
+        nearest = int(np.argmin(np.abs(PLAN[:, 0] - state[0])))
+        seen = Observation(
+            time_s=time_s, pose=state[:3].copy(), twist=state[3:].copy(),
+            plan=PLAN[nearest : nearest + 41], plan_id=1, costmap=seen_map, goal=PLAN[-1],
+        )  # fmt: skip
+        command, memory, _ = controller.step(seen, memory)
+        for _ in range(5):
+            follow(BASE, state, float(command[0]), float(command[1]), 0.01)
+        yield time_s, memory
+
+
 def met(bearing, aside_m=0.0, walking_mps=1.0, speed=0.5, stops=True):
     """The robot's speed each cycle until somebody touches it or 4 s are over, and the last gap, m.
 
     They walk straight to where its middle would be after 3 s, or pass it aside.
     """
     controller = controller_with(HarmonyParameters(stop_for_moving=stops))
-    memory, state = controller.initial_memory(), np.array([-1.0, 0.0, 0.0, speed, 0.0])
+    state = np.array([-1.0, 0.0, 0.0, speed, 0.0])
     meeting = np.array([-1.0 + 3.0 * speed + 0.3, 0.0])
     along = -np.array([math.cos(bearing), math.sin(bearing)])
-    meeting += aside_m * np.array([-along[1], along[0]])
-    plan = np.column_stack([np.arange(-1.0, 8.0, 0.05), np.zeros(180), np.zeros(180)])
+    aside = np.array([-along[1], along[0]])
+
+    def person_at(time_s):
+        return meeting + aside_m * aside + (time_s - 3.0) * walking_mps * along
+
+    def legs_at(time_s):
+        return [leg(*np.round(person_at(time_s) + side * aside, 2)) for side in (0.1, -0.1)]
+
     speeds, gap = [], math.inf
-    for cycle in range(80):
-        time_s = cycle * PERIOD_S
-        at = meeting + (time_s - 3.0) * walking_mps * along
-        beside = 0.1 * np.array([-along[1], along[0]])
-        legs = [leg(*np.round(at + side, 2)) for side in (beside, -beside)]
-        if cycle % 4 == 0:
-            seen_map = replace(costmap_with(*legs), stamp_s=time_s)
-        nearest = int(np.argmin(np.abs(plan[:, 0] - state[0])))
-        seen = Observation(
-            time_s=time_s, pose=state[:3].copy(), twist=state[3:].copy(),
-            plan=plan[nearest : nearest + 41], plan_id=1, costmap=seen_map, goal=plan[-1],
-        )  # fmt: skip
-        command, memory, _ = controller.step(seen, memory)
-        for _ in range(5):
-            follow(BASE, state, float(command[0]), float(command[1]), 0.01)
-        body = edges_of(np.array([[*(at - 0.01), *(at + 0.01)]]))
-        gap = gap_of(body, state) - 0.3
+    for time_s, _ in drive_on(controller, state, legs_at, 80):
+        at = person_at(time_s)
+        gap = gap_of(edges_of(np.array([[*(at - 0.01), *(at + 0.01)]])), state) - 0.3
         speeds.append(float(state[3]))
         if gap <= 0.0:
             break
@@ -207,17 +224,8 @@ def test_who_walks_into_it_meets_it_at_rest_and_it_drives_until_the_last_moment(
 
 def speed_after_start(hurries):
     """The robot's speed 0.8 s after a start on a straight plan."""
-    controller = controller_with(HarmonyParameters())
-    memory, state = controller.initial_memory()._replace(hurries=hurries), np.zeros(5)
-    plan = np.column_stack([np.arange(0.0, 4.0, 0.05), np.zeros(80), np.zeros(80)])
-    for cycle in range(16):
-        seen = Observation(
-            time_s=cycle * PERIOD_S, pose=state[:3].copy(), twist=state[3:].copy(),
-            plan=plan, plan_id=1, costmap=costmap_with(), goal=np.array([8.0, 0.0, 0.0]),
-        )  # fmt: skip
-        command, memory, _ = controller.step(seen, memory)
-        for _ in range(5):
-            follow(BASE, state, float(command[0]), float(command[1]), 0.01)
+    controller, state = controller_with(HarmonyParameters()), np.zeros(5)
+    *_, (_, memory) = drive_on(controller, state, lambda _: (), 16, hurries=hurries)
     assert memory.hurries is False
     return state[3]
 
@@ -230,3 +238,17 @@ def test_who_passes_beside_it_does_not_stop_it():
     speeds, gap = met(math.radians(90), aside_m=1.6)
     assert gap > 0.1
     assert speeds == met(math.radians(90), aside_m=1.6, stops=False)[0]
+
+
+def test_it_backs_up_before_who_comes_and_stands_in_its_way():
+    # Between walls 1.4 m apart they walk to 1.3 m at 1 m/s and stand there; its front is at 0.86 m.
+    def boxes_at(time_s):
+        x = round(max(2.6 - time_s, 1.3), 2)
+        walls = (-3.0, 0.7, 3.0, 0.8), (-3.0, -0.8, 3.0, -0.7)
+        return *walls, leg(x, 0.1), leg(x, -0.1)
+
+    state, xs = np.zeros(5), []
+    for _ in drive_on(controller_with(HarmonyParameters()), state, boxes_at, 100):
+        xs.append(float(state[0]))
+    # It keeps 1.2 m of free way, and is never as near as it would give up.
+    assert xs[-1] < 0.0
