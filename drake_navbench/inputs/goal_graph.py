@@ -52,30 +52,26 @@ def require_map_frame(frame: Any, where: str) -> None:
 
 def geojson_graph(data: Mapping[str, Any], source: str) -> Graph:
     """Returns the graph in a GeoJSON file; raises InputError."""
-    features = _list(data.get("features"))
+    features = [one if isinstance(one, Mapping) else {} for one in _list(data.get("features"))]
+    properties = [_mapping(feature.get("properties")) for feature in features]
     is_metric = METRIC_MARK in str(data.get("crs", "")) or any(
-        {"frame", "startid"} & set(feature.get("properties") or ())
-        for feature in features
-        if isinstance(feature, Mapping)
+        {"frame", "startid"} & own.keys() for own in properties
     )
     places: list[Place] = []
     ids: list[str] = []
     lines: list[tuple[str, tuple[str, str]]] = []
-    for index, feature in enumerate(features):
+    for index, (feature, own) in enumerate(zip(features, properties, strict=True)):
         where = f"{source}: features[{index}]"
-        own = feature.get("properties") if isinstance(feature, Mapping) else None
-        shape = feature.get("geometry") if isinstance(feature, Mapping) else None
-        own = own if isinstance(own, Mapping) else {}
-        if not isinstance(shape, Mapping):
-            continue
+        shape = _mapping(feature.get("geometry"))
         if "startid" in own and "endid" in own:
             lines.append((where, (str(own["startid"]), str(own["endid"]))))
         elif shape.get("type") == "Point":
+            pose = _point(shape, where)
             if not is_metric:
                 raise gps_fault(where)
             require_map_frame(own.get("frame", ""), where)
             ids.append(str(own.get("id", index)))
-            places.append(Place(_name_in(own, ids[-1]), _point(shape, where)))
+            places.append(Place(_name_in(own, ids[-1]), pose))
     return Graph(tuple(places), _edges(lines, ids))
 
 
@@ -170,11 +166,14 @@ def _point(shape: Mapping[str, Any], where: str) -> FoundPose:
 
 
 def _name_in(own: Mapping[Any, Any], otherwise: str) -> str:
-    inner = own.get("metadata")
-    for mapping in (own, inner if isinstance(inner, Mapping) else {}):
+    for mapping in (own, _mapping(own.get("metadata"))):
         if isinstance(mapping.get("name"), str) and mapping["name"]:
             return str(mapping["name"])
     return otherwise
+
+
+def _mapping(value: Any) -> Mapping[Any, Any]:
+    return value if isinstance(value, Mapping) else {}
 
 
 def _list(value: Any) -> list[Any]:

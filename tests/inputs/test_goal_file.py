@@ -159,6 +159,10 @@ REFUSED = {
         "levels: {L: {vertices: [[1, 2]], lanes: [[0]]}}",
         "lane.yaml: levels.L.lanes[0]",
     ),
+    "odd.geojson": (
+        '{"features": [{"properties": 5, "geometry": {"type": "Point", "coordinates": [1]}}]}',
+        "odd.geojson: features[0].geometry.coordinates: expected x and y, in m",
+    ),
     "line.geojson": (
         '{"features": [{"properties": {"startid": 1, "endid": 2}, "geometry": {}}]}',
         "line.geojson: features[0]: leads to 1; expected a place of the file",
