@@ -113,7 +113,8 @@ class Cause(NamedTuple):
             return f"set {place} to the value of {COPIES[self.place]}"
         if self.to is None:
             return f"check and correct {place}"
-        return f"add {self.to} to critics" if place == "critics" else f"set {place}{self._to_told}"
+        is_list = place == "critics" or place.endswith(".plugins")
+        return f"add {self.to} to {place}" if is_list else f"set {place}{self._to_told}"
 
     @property
     def is_number(self) -> bool:

@@ -17,9 +17,11 @@ def cause_told(entry: Tried) -> str:
 def change_told(trial: Trial) -> str:
     """Returns a change as `name = value`, with the node of all but the controller server.
 
-    Of a critic that is added, the instruction alone.
+    Of a critic or a layer that is added, the instruction alone.
     """
-    if trial.cause.place.endswith(".critics") and len(trial.changes) == 1:
+    if trial.parts:
+        return "; ".join(map(change_told, trial.parts))
+    if trial.is_new_plugin:
         return trial.cause.told
     told = (f"{name_of_place(place)} = {_plain(value)}" for place, value in trial.changes.items())
     return with_short_outlines(" and ".join(told))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from drake_navbench.nav2.controllers import SERVER
@@ -19,6 +19,7 @@ from drake_navbench.studies.doctor.causes import (
 from drake_navbench.studies.doctor.facts import ALIASES, CONTROLLER, COSTMAPS, Facts
 from drake_navbench.studies.doctor.file_places import OF_SOURCES, file_places
 from drake_navbench.studies.doctor.in_effect import is_in_effect
+from drake_navbench.studies.doctor.new_layer import LAYER, with_obstacle_layer
 from drake_navbench.studies.doctor.suspects import ranges
 from drake_navbench.studies.doctor.usual import unusual_value
 
@@ -51,16 +52,36 @@ OUTLINES = {
 
 
 class Trial(NamedTuple):
-    """A change of the file that is tried for a cause. changes: value by place in the file."""
+    """A change of the file that is tried for a cause.
+
+    changes: value by place in the file. parts: the changes of which it consists, if it is several.
+    """
 
     cause: Cause
     changes: Mapping[Place, Any]
+    parts: tuple[Trial, ...] = ()
+
+    @classmethod
+    def of_parts(cls, parts: Sequence[Trial]) -> Trial:
+        """Returns several changes as one; of a place that two change, the first has its value."""
+        changes = {p: value for part in reversed(parts) for p, value in part.changes.items()}
+        return parts[0] if len(parts) == 1 else cls(parts[0].cause, changes, (*parts,))
 
     @property
     def told(self) -> str:
         """The change in words: 'FollowPath.wz_std: 0.25'."""
+        if self.parts:
+            return "; ".join(part.told for part in self.parts)
+        if self.is_new_plugin:
+            return self.cause.told
         told = ", ".join(f"{place}: {_shown(value)}" for place, value in self.changes.items())
         return with_short_outlines(told)
+
+    @property
+    def is_new_plugin(self) -> bool:
+        """Whether the change only adds a critic or a layer."""
+        is_list = self.cause.place.endswith((".critics", ".plugins"))
+        return is_list and isinstance(self.cause.to, str) and not self.parts
 
 
 def trials_of(cause: Cause, facts: Facts, setup: Nav2Setup) -> list[Trial]:
@@ -71,6 +92,8 @@ def trials_of(cause: Cause, facts: Facts, setup: Nav2Setup) -> list[Trial]:
     """
     if cause.is_outside or cause.direction is Direction.ADD:
         return []
+    if cause.to == LAYER:
+        return [Trial(cause, with_obstacle_layer(cause.place.partition(".")[0], facts))]
     places = [
         (place, facts[place])
         for place in facts.matching(cause.place)

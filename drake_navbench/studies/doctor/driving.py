@@ -30,6 +30,8 @@ Row = dict[str, Any]
 # From a visit's seed on: the seeds of the first look, of the search, and of the judgement. The
 # first look chooses the probes; its trials in the search would count the same luck twice.
 SEARCH_SEED, FRESH_SEED = 5 * 10**5, 10**6
+# From the search's seed on: those of a set of changes that the search's own trials have chosen.
+TOGETHER_SEED = 10**5
 
 
 class OutOfTime(Exception):

@@ -1,17 +1,20 @@
 """Causes by experiment: which changes are tried, in which order, and when it is enough.
 
-A race drives the changes; a verdict follows from its pairs.
+A race drives the changes, each alone; a verdict follows from its pairs. A file may have several
+faults, each of which alone keeps the symptom: no change alone then shows anything. So all likely
+changes are also made together, and if that helps, the fewest of them that do are searched.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import combinations
 
+from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studies.doctor.candidates import Candidate, Candidates
 from drake_navbench.studies.doctor.cures import Trial
-from drake_navbench.studies.doctor.driving import Driver
+from drake_navbench.studies.doctor.driving import TOGETHER_SEED, Driver
+from drake_navbench.studies.doctor.fewest import fewest
 from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.race import Race
 from drake_navbench.studies.doctor.reading import Suspicion
@@ -27,7 +30,10 @@ from drake_navbench.studies.doctor.tried import (
 
 # Changes that are driven in one batch: two for most causes.
 TOGETHER = 6
-PAIRED_BEST = 3
+# Sets of changes that are driven to the end: one after the first batch, one in the end.
+SETS = 2
+# Changes that are made together at most, the likeliest.
+MOST_PARTS = 32
 
 
 class Experiment:
@@ -44,7 +50,10 @@ class Experiment:
     ) -> None:
         self.candidates = Candidates(patient, symptom, probes[0], driver, seed=seed)
         before = patient.chosen(patient.columns())
+        self._driver = driver
         self._race = Race(before, symptom, probes, driver, seed=seed)
+        # A set is chosen by the race's trials, so it is shown on trials that chose nothing.
+        self._other_race = Race(before, symptom, probes, driver, seed=seed + TOGETHER_SEED)
         self._raw: list[Tried] = []
         self.rarity = Rarity(0, 0)
 
@@ -56,7 +65,12 @@ class Experiment:
     @property
     def is_out_of_time(self) -> bool:
         """Whether the budget was too short for all trials."""
-        return self._race.is_out_of_time
+        return self._race.is_out_of_time or self._other_race.is_out_of_time
+
+    @property
+    def is_found(self) -> bool:
+        """Whether a change is shown to take the symptom away."""
+        return any(e.takes_all and e.verdict is Verdict.SHOWN for e in self.tried)
 
     def run(
         self,
@@ -64,11 +78,12 @@ class Experiment:
         first: Sequence[Suspicion] = (),
         proposed: Sequence[Trial] = (),
     ) -> None:
-        """Tries the suspicions in their order, then pairs of the best; none for a rare symptom.
+        """Tries the suspicions in their order; none for a rare symptom.
 
-        After a batch with a change that is shown to take the symptom away none is driven. proposed:
-        the user's changes, which are in the first batch before all. first: of each of these, one
-        change follows, so that it is named before others that do as much.
+        After the first batch all of them are tried together, in the end those that helped. After a
+        change that is shown to take the symptom away nothing more is driven. proposed: the user's
+        changes, which are in the first batch before all. first: of each of these, one change
+        follows, so that it is named before others that do as much.
         """
         self.rarity = self._race.rarity()
         if self.rarity.is_rare:
@@ -77,7 +92,8 @@ class Experiment:
         batch = [c for trial in proposed for c in self._proposed(trial)]
         batch += [c for suspicion in first for c in self.candidates.of(suspicion)[0][:1]]
         known = [c.trial.changes for c in batch]
-        room = MOST_CHANGES - PAIRED_BEST
+        room = MOST_CHANGES - SETS
+        is_first = True
         for number, suspicion in enumerate(suspicions, 1):
             candidates, told = self.candidates.of(suspicion)
             raw += told
@@ -87,11 +103,18 @@ class Experiment:
                 raw += self._race.run(batch[:room])
                 room -= len(batch)
                 batch = []
-            is_found = any(e.takes_all and e.verdict is Verdict.SHOWN for e in self.tried)
-            if is_last or self.is_out_of_time or is_found:
+                if is_first and not self._is_over:
+                    self._together([*self._helpful(), *self._likely([*first, *suspicions])])
+                is_first = False
+            if is_last or self._is_over:
                 break
-        if not self.is_out_of_time:
-            raw += self._race.run(self._pairs_of(raw))
+        helpful = self._helpful()
+        if len(helpful) > 1 and not self._is_over:
+            self._together(helpful)
+
+    @property
+    def _is_over(self) -> bool:
+        return self.is_out_of_time or self.is_found
 
     def _proposed(self, trial: Trial) -> list[Candidate]:
         """Returns a change of the user to drive; none, but an entry, if no trial depends on it."""
@@ -103,22 +126,52 @@ class Experiment:
         candidate.is_proposed = True
         return [candidate]
 
-    def _pairs_of(self, raw: Sequence[Tried]) -> list[Candidate]:
-        """Returns pairs of the best changes of different causes where none is enough alone."""
-        helpful = sorted(
-            (e for e in raw if e.trial is not None and e.fall >= LEAST_FALL and not e.touches),
-            key=lambda e: -e.fall,
-        )
-        # The largest fall may be of a change that was left after few pairs, for another's sake.
-        if any(entry.takes_all for entry in helpful):
-            return []
-        best = list({e.suspicion.cause.key: e for e in reversed(helpful)}.values())[::-1]
-        found = []
-        for first, second in combinations(best[:PAIRED_BEST], 2):
-            assert first.trial is not None
-            assert second.trial is not None
-            both = Trial(first.trial.cause, {**first.trial.changes, **second.trial.changes})
-            candidate, _ = self.candidates.of_trial(first.suspicion, both)
+    def _helpful(self) -> list[Candidate]:
+        """Returns the changes that helped alone, the most helpful first, one for each cause."""
+        entries = [e for e in self._raw if e.fall >= LEAST_FALL and not e.touches]
+        best: dict[object, Candidate] = {}
+        for entry in sorted(entries, key=lambda e: -e.fall):
+            key = entry.suspicion.cause.key
+            if entry.trial is None or entry.trial.parts or key in best:
+                continue
+            candidate, _ = self.candidates.of_trial(entry.suspicion, entry.trial)
             if candidate is not None:
-                found.append(candidate)
+                best[key] = candidate
+        return list(best.values())
+
+    def _likely(self, suspicions: Sequence[Suspicion]) -> list[Candidate]:
+        """Returns a change for each suspicion that a rule names or whose value is known."""
+        found: list[Candidate] = []
+        for suspicion in suspicions:
+            if suspicion.findings or suspicion.cause.to is not None:
+                found += self.candidates.of(suspicion, most=1)[0]
         return found
+
+    def _together(self, parts: Sequence[Candidate]) -> None:
+        """Tries changes together, and if that takes the symptom away, the fewest that do."""
+        places: set[object] = set()
+        alone: list[Candidate] = []
+        for part in parts:
+            if places.isdisjoint(part.trial.changes) and len(alone) < MOST_PARTS:
+                places.update(part.trial.changes)
+                alone.append(part)
+        if len(alone) < 2:
+            return
+        self._driver.tell(f"trying {len(alone)} likely changes together")
+        chosen = fewest(alone, self._suffices)
+        if chosen and not self.is_out_of_time and (whole := self._set_of(chosen)) is not None:
+            self._driver.tell(f"  {len(chosen)} of them suffice: {whole.trial.told}")
+            self._raw += self._other_race.run([whole])
+
+    def _suffices(self, parts: Sequence[Candidate]) -> bool:
+        whole = self._set_of(parts)
+        return whole is not None and self._race.takes_away(whole)
+
+    def _set_of(self, parts: Sequence[Candidate]) -> Candidate | None:
+        """Returns several changes as one; None if the file or the robot does not allow it."""
+        trial = Trial.of_parts([part.trial for part in parts])
+        own = [part.suspicion for part in parts]
+        reasons = tuple(dict.fromkeys(reason for each in own for reason in each.reasons[:1]))
+        findings = tuple(finding for each in own for finding in each.findings)
+        suspicion = own[0]._replace(reasons=reasons, findings=findings)
+        return self.candidates.of_trial(suspicion, trial)[0]

@@ -132,6 +132,19 @@ class Race:
         self._go_on(batch, MOST_PAIRS, HALF)
         return self._entries(batch)
 
+    def takes_away(self, candidate: Candidate) -> bool:
+        """Tells whether a change nearly takes the symptom away in PAIRS pairs, and adds no touches.
+
+        One that does not in the first pairs gets no more.
+        """
+        first = max(self._seeds_of(FIRST_LOOK), self._seeds_that_tell())
+        for seeds in (first, self._seeds_of(PAIRS)):
+            self._drive([candidate], seeds)
+            entry = self._entry(candidate) if candidate.rows else None
+            if entry is None or candidate.left or entry.fall < NEARLY_ALL or entry.touches:
+                return False
+        return len(candidate.rows) >= PAIRS
+
     def _seeds_of(self, pairs: int) -> int:
         """Returns the seeds of each probe that make at least so many pairs."""
         return -(-pairs // len(self._probes))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from drake_navbench.nav2.body import REACHES
 from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.new_layer import LAYER
 from drake_navbench.studies.doctor.rules.quantities import driven_mps, half_window_m, whole_m
 from drake_navbench.studies.doctor.rules.rule import Rule, down, outside, put, up, upgrade
 from drake_navbench.studies.doctor.symptoms import Symptom
@@ -218,7 +219,7 @@ RULES = (
             "marks obstacles"
         ),
         {S.COLLISION: 1.0, S.IGNORES_OBSTACLES: 1.0},
-        (put("local_costmap.plugins"),),
+        (put("local_costmap.plugins", LAYER),),
         CODE,
     ),
     Rule(

@@ -1,0 +1,33 @@
+"""The fewest of several changes that do together what all of them do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TypeVar
+
+Part = TypeVar("Part")
+
+
+def fewest(parts: Sequence[Part], suffices: Callable[[Sequence[Part]], bool]) -> list[Part]:
+    """Returns a set of parts that suffices, and no longer does without any one of them.
+
+    parts: the likeliest first. suffices: tells whether some of them are enough; whoever has more
+    parts is assumed to be no worse off. The list is empty if not even all parts suffice.
+
+    The shortest beginning of the list that suffices is found by bisection. Its last part is needed,
+    and is kept while the others are looked at in the same way (Junker, QuickXplain, AAAI 2004). Of
+    n parts, k of them needed, `suffices` is called at most 2 + k (2 + log2 n) times.
+    """
+    if not parts or not suffices(parts):
+        return []
+    kept: list[Part] = []
+    rest = list(parts)
+    while rest and not (kept and suffices(kept)):
+        # The first `low` parts are too few, the first `high` are enough.
+        low, high = 0, len(rest)
+        while high - low > 1:
+            middle = (low + high) // 2
+            low, high = (low, middle) if suffices([*kept, *rest[:middle]]) else (middle, high)
+        kept.append(rest[high - 1])
+        rest = rest[: high - 1]
+    return kept
