@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studies.doctor.candidates import Candidate, Candidates
 from drake_navbench.studies.doctor.cures import Trial
@@ -148,17 +147,21 @@ class Experiment:
         return found
 
     def _together(self, parts: Sequence[Candidate]) -> None:
-        """Tries changes together, and if that takes the symptom away, the fewest that do."""
+        """Tries changes together, and if that takes the symptom away, the fewest that do.
+
+        If it does not, one of them may do harm: the likelier half is tried, then half of that.
+        """
         places: set[object] = set()
         alone: list[Candidate] = []
         for part in parts:
             if places.isdisjoint(part.trial.changes) and len(alone) < MOST_PARTS:
                 places.update(part.trial.changes)
                 alone.append(part)
-        if len(alone) < 2:
-            return
-        self._driver.tell(f"trying {len(alone)} likely changes together")
-        chosen = fewest(alone, self._suffices)
+        chosen: list[Candidate] = []
+        while len(alone) > 1 and not chosen and not self.is_out_of_time:
+            self._driver.tell(f"trying {len(alone)} likely changes together")
+            chosen = fewest(alone, self._suffices)
+            alone = alone[: len(alone) // 2]
         if chosen and not self.is_out_of_time and (whole := self._set_of(chosen)) is not None:
             self._driver.tell(f"  {len(chosen)} of them suffice: {whole.trial.told}")
             self._raw += self._other_race.run([whole])

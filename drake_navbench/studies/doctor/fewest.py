@@ -9,7 +9,7 @@ Part = TypeVar("Part")
 
 
 def fewest(parts: Sequence[Part], suffices: Callable[[Sequence[Part]], bool]) -> list[Part]:
-    """Returns a set of parts that suffices, and no longer does without any one of them.
+    """Returns parts, in their order, that suffice, and no longer do without any one of them.
 
     parts: the likeliest first. suffices: tells whether some of them are enough; whoever has more
     parts is assumed to be no worse off. The list is empty if not even all parts suffice.
@@ -30,4 +30,5 @@ def fewest(parts: Sequence[Part], suffices: Callable[[Sequence[Part]], bool]) ->
             low, high = (low, middle) if suffices([*kept, *rest[:middle]]) else (middle, high)
         kept.append(rest[high - 1])
         rest = rest[: high - 1]
-    return kept
+    # Each part that was kept stands before those kept earlier.
+    return kept[::-1]

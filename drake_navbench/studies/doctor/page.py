@@ -126,7 +126,7 @@ def _frame(name: str, told: str) -> str:
 def _change(cure: Judged, patient: Patient) -> list[str]:
     suspicion = cure.tried.suspicion
     # A rule's sentence on the file is enough; the suspects' says the same in general.
-    count = 1 if suspicion.findings else 2
+    count = len(cure.trial.parts) or (1 if suspicion.findings else 2)
     reasons = " ".join(f"{why.rstrip('.')}." for why in suspicion.reasons[:count])
     return [
         "<h2>The change</h2>",

@@ -12,6 +12,7 @@ from enum import StrEnum
 from typing import NamedTuple
 
 from drake_navbench.analysis.pairs import holm
+from drake_navbench.studies.doctor.causes import Cause
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.reading import Suspicion
 
@@ -86,6 +87,12 @@ class Tried:
     def fall(self) -> float:
         """The share by which the severity falls."""
         return (self.before - self.after) / self.before if self.before > 0.0 else 0.0
+
+    @property
+    def causes(self) -> tuple[Cause, ...]:
+        """The causes that the change removes: of each of its parts."""
+        parts = self.trial.parts if self.trial is not None else ()
+        return tuple(part.cause for part in parts) or (self.suspicion.cause,)
 
     @property
     def is_refused(self) -> bool:

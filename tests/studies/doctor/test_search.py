@@ -194,36 +194,6 @@ def test_a_source_of_which_the_costmaps_know_different_ranges_is_tried_with_both
     assert not any(place.endswith("update_frequency") for place in found)
 
 
-@pytest.mark.parametrize(
-    ("after", "second_after", "driven", "pairs"),
-    [
-        (0.4, 0.5, 12, 1),
-        (0.0, 0.5, 12, 0),
-        # The second falls most, but was left after four pairs: the first takes all away.
-        (0.05, 0.0, 4, 0),
-        (0.4, 0.0, 4, 1),
-    ],
-)
-def test_two_changes_are_tried_together_where_neither_takes_the_symptom_away(
-    patient, after, second_after, driven, pairs
-):
-    experiment = Experiment(
-        patient, Symptom.WOBBLE_STRAIGHT, list(PROBES.values()),
-        Counted(9.5, 0.0), seed=0,
-    )  # fmt: skip
-    more = Cause("controller.batch_size", Direction.UP)
-    second = Trial(more, {Place("controller_server", "FollowPath.batch_size"): 3000})
-    of_more = Suspicion(more, 1.0, ())
-    # Of a seldom symptom the mean severity is low before the change, too.
-    found = experiment._pairs_of(
-        [
-            tried(0.9, after, 0.01),
-            tried(0.9, second_after, 0.01, trial=second, suspicion=of_more, pairs=driven),
-        ]
-    )
-    assert [len(candidate.trial.changes) for candidate in found] == [2] * pairs
-
-
 def test_a_change_that_adds_a_touch_in_twelve_pairs_gets_no_further_pairs(patient):
     class Touching(Counted):
         def drive(self, preset, probes, trials, *, seed):

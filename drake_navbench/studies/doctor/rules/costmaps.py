@@ -218,7 +218,7 @@ RULES = (
             f"local_costmap.plugins is {f['local_costmap.plugins']}: it lists no layer that "
             "marks obstacles"
         ),
-        {S.COLLISION: 1.0, S.IGNORES_OBSTACLES: 1.0},
+        {S.COLLISION: 1.0, S.IGNORES_OBSTACLES: 1.0, S.NEAR_MISS: 0.8},
         (put("local_costmap.plugins", LAYER),),
         CODE,
     ),
