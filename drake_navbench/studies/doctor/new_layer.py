@@ -43,6 +43,6 @@ def _topic(facts: Facts) -> str:
     for place, value in facts.raw.items():
         source, _, name = place.rpartition(".")
         is_scan = facts.raw.get(f"{source}.data_type") == "LaserScan"
-        if name == "topic" and is_scan and place.startswith(COSTMAPS):
+        if name == "topic" and is_scan and place.startswith(tuple(COSTMAPS)):
             return str(value)
     return "/scan"

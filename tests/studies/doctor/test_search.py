@@ -13,6 +13,7 @@ from drake_navbench.nav2.patch import Place
 from drake_navbench.studies.doctor import visit as visits
 from drake_navbench.studies.doctor.alike import NOTHING_TOLD
 from drake_navbench.studies.doctor.causes import Cause, Direction
+from drake_navbench.studies.doctor.change_words import change_told
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.differences import ways_back, with_differences
 from drake_navbench.studies.doctor.experiment import TOGETHER, Experiment
@@ -23,6 +24,7 @@ from drake_navbench.studies.doctor.reading import Suspicion, suspicions_of
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.tried import LATER_FACTOR, LEAST_FALLS, Verdict, corrected
 from drake_navbench.studies.doctor.words import verdict
+from drake_navbench.typed_files.dotted_names import flattened
 
 
 @pytest.mark.parametrize(
@@ -192,6 +194,36 @@ def test_a_source_of_which_the_costmaps_know_different_ranges_is_tried_with_both
     assert found["global_costmap.obstacle_max_range"] == 3.0
     # 5 and 1 Hz are Nav2's own.
     assert not any(place.endswith("update_frequency") for place in found)
+
+
+class Interlocked(Counted):
+    """A driver whose symptom goes only with the outline looked at and 3000 samples."""
+
+    def drive(self, preset, probes, trials, *, seed):
+        values = dict(flattened(preset.parameters.model_dump(mode="json")))
+        is_cured = values["CostCritic.consider_footprint"] and values["batch_size"] == 3000
+        self.severity = 0.0 if is_cured else 2.0
+        return super().drive(preset, probes, trials, seed=seed)
+
+
+def test_of_changes_that_help_only_together_the_fewest_are_shown(patient):
+    experiment = Experiment(
+        patient, Symptom.WOBBLE_STRAIGHT, list(PROBES.values()), Interlocked(9.5, 0.0), seed=0
+    )
+    useless = Cause("controller.PathAlignCritic.cost_weight", Direction.DOWN, 7.0, "useless")
+    samples = Cause("controller.batch_size", Direction.UP, 3000, "samples")
+    experiment.run([Suspicion(cause, 1.0, (cause.why,)) for cause in (useless, CAUSE, samples)])
+    found = experiment.tried[0]
+    assert found.verdict is Verdict.SHOWN
+    assert [part.cause.place for part in found.trial.parts] == [
+        "controller.CostCritic.consider_footprint", "controller.batch_size",
+    ]  # fmt: skip
+    assert found.suspicion.reasons == ("why", "samples")
+    assert change_told(found.trial) == (
+        "FollowPath.CostCritic.consider_footprint = true; FollowPath.batch_size = 3000"
+    )
+    # Both are causes; the patch has both.
+    assert [cause.why for cause in found.causes] == ["why", "samples"]
 
 
 def test_a_change_that_adds_a_touch_in_twelve_pairs_gets_no_further_pairs(patient):
