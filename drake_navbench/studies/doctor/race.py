@@ -251,12 +251,15 @@ class Race:
         return found
 
     def _tell_of(self, batch: Sequence[Candidate]) -> None:
-        told = (with_short_outlines(c.suspicion.cause.told) for c in batch)
+        told = (
+            c.trial.told if c.trial.parts else with_short_outlines(c.suspicion.cause.told)
+            for c in batch
+        )
         names = list(dict.fromkeys(told))
         more = f" and {len(names) - 3} more" if len(names) > 3 else ""
         trials = len(batch) * FIRST_LOOK + MOST_TO_THE_END * (PAIRS - FIRST_LOOK)
         self._driver.tell(
-            f"trying {len(batch)} changes ({', '.join(names[:3])}{more}): up to {trials} trials, "
+            f"trying {len(batch)} change{'s' * (len(batch) > 1)} ({', '.join(names[:3])}{more}): up to {trials} trials, "
             f"{self._driver.told_time(trials)}"
         )
 
