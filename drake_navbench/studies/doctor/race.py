@@ -258,8 +258,9 @@ class Race:
         names = list(dict.fromkeys(told))
         more = f" and {len(names) - 3} more" if len(names) > 3 else ""
         trials = len(batch) * FIRST_LOOK + MOST_TO_THE_END * (PAIRS - FIRST_LOOK)
+        count = f"{len(batch)} change{'s' * (len(batch) > 1)}"
         self._driver.tell(
-            f"trying {len(batch)} change{'s' * (len(batch) > 1)} ({', '.join(names[:3])}{more}): up to {trials} trials, "
+            f"trying {count} ({', '.join(names[:3])}{more}): up to {trials} trials, "
             f"{self._driver.told_time(trials)}"
         )
 
