@@ -27,7 +27,7 @@ from drake_navbench.studies.doctor.driving import (
 )
 from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.probes import nearest_first
-from drake_navbench.studies.doctor.race import CUTS_SHORT
+from drake_navbench.studies.doctor.race import CHANCE, CUTS_SHORT
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.tried import Tried, Verdict
 
@@ -37,8 +37,6 @@ FRESH_SEEDS = 2
 # If fewer trials than this show the symptom before the change, the probes that showed it get more
 # seeds; if then still fewer do, no change is judged: what one trial shows may have been chance.
 LEAST_SHOWN, MORE_FRESH_SEEDS = 3, 8
-# This many more trials with another symptom may be chance; further touches never are.
-CHANCE = 1
 # What comes in place of an early end, and is compared where the file as it is ends early, too.
 ENDS = (*CUTS_SHORT, Symptom.GOAL_NOT_REACHED)
 

@@ -52,6 +52,8 @@ GLANCE, FIRST_LOOK, FIRST_FALL, ENOUGH = 3, 4, 0.1, 2
 MOST_TO_THE_END = 3
 # A change that lowers the severity by this share may help, and has a third look.
 HALF = 0.5
+# This many more trials with another symptom may be chance.
+CHANCE = 1
 # Symptoms that end a drive early. If a change brings one of them, the drive may not reach the place
 # where the treated symptom showed, and says nothing about it.
 CUTS_SHORT = (
@@ -133,9 +135,10 @@ class Race:
         return self._entries(batch)
 
     def takes_away(self, candidate: Candidate) -> bool:
-        """Tells whether a change nearly takes the symptom away in PAIRS pairs, and adds no touches.
+        """Tells whether a change nearly takes the symptom away in PAIRS pairs, and adds no other.
 
-        One that does not in the first pairs gets no more.
+        One that does not in the first pairs gets no more. Of a touch that goes it does not matter
+        what comes instead.
         """
         first = max(self._seeds_of(FIRST_LOOK), self._seeds_that_tell())
         for seeds in (first, self._seeds_of(PAIRS)):
@@ -143,7 +146,20 @@ class Race:
             entry = self._entry(candidate) if candidate.rows else None
             if entry is None or candidate.left or entry.fall < NEARLY_ALL or entry.touches:
                 return False
+            if self._symptom is not Symptom.COLLISION and self._adds_another(candidate):
+                return False
         return len(candidate.rows) >= PAIRS
+
+    def _adds_another(self, candidate: Candidate) -> bool:
+        """Tells whether another symptom is shown in at least two more trials than before."""
+        before = self._before_of(candidate)
+        more = {
+            symptom: sum(shows(row, symptom) for row in candidate.rows)
+            - sum(shows(row, symptom) for row in before)
+            for symptom in Symptom
+            if symptom is not self._symptom
+        }
+        return max(more.values()) > CHANCE
 
     def _seeds_of(self, pairs: int) -> int:
         """Returns the seeds of each probe that make at least so many pairs."""
