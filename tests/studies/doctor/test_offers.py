@@ -127,7 +127,7 @@ def test_without_time_or_after_ctrl_c_the_changes_are_offered_as_not_driven(
 def test_a_change_on_which_no_trial_depends_is_offered_as_that(patient):
     patient.paths[0].write_text(nav2_text(MPPI_BLOCK, plugin=MPPI, amcl={"max_particles": 800}))
     particles = Suspicion(Cause("amcl.max_particles", Direction.UP, 2000), 1.0, ("Too few.",))
-    (first,) = offered(patient, visited(patient, of_complaint=[particles]))
+    first, *_ = offered(patient, visited(patient, of_complaint=[particles]))
     assert offer_label(first) == (
         "Not shown by driving. By reading: Too few. No trial of this program depends on it, so "
         "none was driven."
