@@ -112,6 +112,13 @@ def in_turn(done: Mapping[str, Any], seed: int) -> list[str]:
     return [key for key in found if key not in late] + late
 
 
+def is_missed(entry: Mapping[str, Any]) -> bool:
+    """Tells whether a visit misses a goal; False where there was none."""
+    if "first" not in entry:
+        return False
+    return not entry["first"] or not entry["gone"] or bool(entry.get("worse"))
+
+
 def fault_of(entry: Mapping[str, Any]) -> Fault:
     return Fault(entry["controller"], entry["place"], entry["sound"], entry["spoilt"])
 

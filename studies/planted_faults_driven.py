@@ -64,6 +64,7 @@ KNOWN: Mapping[str, Callable[[Mapping[str, Any]], bool]] = {
     "rivals": lambda row: "rivals" in row,
     "rare": lambda row: "rivals" in row,
     "abnormal": lambda row: "abnormal" in row,
+    "named": lambda row: "named" in row,
 }
 
 
