@@ -26,7 +26,7 @@ the values tried, 30 and 20 s, are longer than a probe; since then Nav2's own va
     "2030 graceful local_costmap/local_costmap: width": """\
 the way back is shown, but the sound file touches something where the spoilt one stands""",
     "2031 dwb controller_server: FollowPath.max_vel_x": """\
-limits of speed were not tried; they are since 2032""",
+the robot is too slow for what the file asks; to ask for less makes it no faster, and is not tried""",
     "2031 graceful controller_server: FollowPath.v_angular_max": """\
 limits of speed were not tried; they are since 2032""",
     "2031 dwb controller_server: FollowPath.PathDist.scale": """\
@@ -52,6 +52,23 @@ progress is offered""",
     "2036 rpp controller_server: FollowPath.max_linear_vel": """\
 the base of the probes did no more than the file asks; since 2038 it does what its file gives""",
 }
+CLASSES = """\
+The classes of misses of the first cause, and of what is done about each:
+
+- *The way back was no value to try* (2030: patience; 2031: `v_angular_max`; 2036: a speed). Mended.
+- *The file asks for more speed than it lets drive* (2031 `max_vel_x`), and the complaint is
+  `too_slow`. Asking for less makes no robot faster, so the doctor does not try it.
+- *Another change takes the symptom away as well* (2032: three; 2035). Mended: causes that driving
+  cannot tell apart stand in the order of reading, the values set back first. The change offered may
+  still be the other one: what its judgement finds worse counts, and the right value lets the robot
+  go on to where the sound file touches something.
+- *Chance* (2031 `PathDist.scale`, 2032 `GoalDist.scale`): the fault did no harm that 24 trials
+  show. No change can be shown then; since 2039 the way back is among the changes to try.
+- *The fault is the robot's body* (2033 `robot_radius`): of a built-in robot the file's outline is
+  the body, so none other is driven. Of a robot of one's own it is (`--robot` with a model).
+
+What got worse, or was not taken away with the right cause shown, are symptoms of the sound files,
+DWB's near misses and Graceful's touches, which the spoilt robot does not live to see."""
 COMMAND_AGAIN = "python studies/harmful_faults.py again DIR SEED"
 SCORES = (
     ("the first cause shown is the spoilt parameter", "first", "90%"),
@@ -76,6 +93,7 @@ def harmful_lines() -> Iterator[str]:
     yield from ["", "## Faults that do harm", "", *ABOUT.splitlines(), ""]
     yield from _total_lines(visited)
     yield from ["", "### What was missed", "", *_miss_lines(visited)]
+    yield from ["", *CLASSES.splitlines()]
     again = {key.partition(" ")[2]: e for key, e in done.items() if key.startswith("again ")}
     yield from _again_lines(again)
 
