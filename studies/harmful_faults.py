@@ -93,6 +93,9 @@ from drake_navbench.studies.doctor.probes import probes_for
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.visit import BY_WEIGHT
 
+# The fields of an entry that its visits share.
+OF_A_FAULT = ("controller", "place", "sound", "spoilt", "harmful")
+
 
 def census(seed: int, out: Path) -> None:
     """Drives the probes of the sound files and of the faults, and keeps what they show.
@@ -123,8 +126,8 @@ def visit_again(seed: int, out: Path) -> None:
     missed = [key for key in in_turn(done, seed) if is_missed(done[key])]
     for key in missed:
         if f"again {key}" not in done:
-            row = _visited(done[key], out)
-            keep(f"again {key}", {**done[key], **row, "by": SEEDS[-1]})
+            fault = {name: done[key][name] for name in OF_A_FAULT}
+            keep(f"again {key}", fault | _visited(done[key], out) | {"by": SEEDS[-1]})
 
 
 def _has_screened(seed: int, out: Path) -> bool:

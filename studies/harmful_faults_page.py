@@ -26,7 +26,7 @@ the values tried, 30 and 20 s, are longer than a probe; since then Nav2's own va
     "2030 graceful local_costmap/local_costmap: width": """\
 the way back is shown, but the sound file touches something where the spoilt one stands""",
     "2031 dwb controller_server: FollowPath.max_vel_x": """\
-the robot is too slow for what the file asks; to ask for less makes it no faster, and is not tried""",
+the robot is slower than the file asks; to ask for less makes it no faster, and is not tried""",
     "2031 graceful controller_server: FollowPath.v_angular_max": """\
 limits of speed were not tried; they are since 2032""",
     "2031 dwb controller_server: FollowPath.PathDist.scale": """\
@@ -51,6 +51,11 @@ the way back is shown, but the robot then gets as far as the sound file's touch;
 progress is offered""",
     "2036 rpp controller_server: FollowPath.max_linear_vel": """\
 the base of the probes did no more than the file asks; since 2038 it does what its file gives""",
+    "2039 dwb controller_server: FollowPath.max_vel_theta": """\
+the sound file has the near misses, too; the spoilt robot hardly turned""",
+    "2039 graceful controller_server: FollowPath.k_phi": """\
+the way back is shown, 9 to 0 of 16 trials, but refused for one touch in 46; the sound file has
+touches, too""",
 }
 CLASSES = """\
 The classes of misses of the first cause, and of what is done about each:
@@ -67,8 +72,9 @@ The classes of misses of the first cause, and of what is done about each:
 - *The fault is the robot's body* (2033 `robot_radius`): of a built-in robot the file's outline is
   the body, so none other is driven. Of a robot of one's own it is (`--robot` with a model).
 
-What got worse, or was not taken away with the right cause shown, are symptoms of the sound files,
-DWB's near misses and Graceful's touches, which the spoilt robot does not live to see."""
+What got worse, or was refused with the right cause shown, are symptoms of the sound files, DWB's
+near misses and Graceful's touches. The doctor refuses a change for one further touch, so in a file
+that touches something when sound the goals for gone and nothing worse cannot both be reached."""
 COMMAND_AGAIN = "python studies/harmful_faults.py again DIR SEED"
 SCORES = (
     ("the first cause shown is the spoilt parameter", "first", "90%"),
