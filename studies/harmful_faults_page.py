@@ -53,6 +53,8 @@ progress is offered""",
 the base of the probes did no more than the file asks; since 2038 it does what its file gives""",
     "2039 dwb controller_server: FollowPath.max_vel_theta": """\
 the sound file has the near misses, too; the spoilt robot hardly turned""",
+    "2039 dwb controller_server: FollowPath.sim_time": """\
+the sound file has the near misses, too; the spoilt robot stopped in the door""",
     "2039 graceful controller_server: FollowPath.k_phi": """\
 the way back is shown, 9 to 0 of 16 trials, but refused for one touch in 46; the sound file has
 touches, too""",
@@ -68,7 +70,7 @@ The classes of misses of the first cause, and of what is done about each:
   still be the other one: what its judgement finds worse counts, and the right value lets the robot
   go on to where the sound file touches something.
 - *Chance* (2031 `PathDist.scale`, 2032 `GoalDist.scale`): the fault did no harm that 24 trials
-  show. No change can be shown then; since 2039 the way back is among the changes to try.
+  show. No change can be shown then; since 2039 the first's way back is the third change to try.
 - *The fault is the robot's body* (2033 `robot_radius`): of a built-in robot the file's outline is
   the body, so none other is driven. Of a robot of one's own it is (`--robot` with a model).
 
@@ -157,7 +159,8 @@ def _again_lines(again: dict[str, dict[str, Any]]) -> Iterator[str]:
         worse = ", ".join(entry.get("worse", ()))
         told = f"{entry['by']} | {'right' if entry['first'] else 'missed'}"
         change = entry["change"].rpartition(": ")
-        offered = f"`{change[0].rpartition('controller_server.')[2]}` {change[2]}"
+        name = change[0].rpartition("controller_server.")[2]
+        offered = f"`{name}` {change[2]}" if name else ""
         yield f"| {key[:4]} | {_named(entry)} | {told} | {offered} | {worse} |"
 
 
