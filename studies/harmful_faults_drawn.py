@@ -15,7 +15,7 @@ from planted_faults import HERE, Fault, candidates, spoilt_value
 from drake_navbench.studies.doctor.first_look import FIRST_SEEDS
 
 DRIVEN = HERE / "harmful_faults.json"
-SEEDS = (2030, 2031, 2032, 2033, 2034, 2035, 2036, 2037, 2038)
+SEEDS = (2030, 2031, 2032, 2033, 2034, 2035, 2036, 2037, 2038, 2039)
 # In the order of the turns; a controller's place in it is part of its draw.
 CONTROLLERS = ("rpp", "dwb", "graceful", "mppi", "teb")
 CONTROLLERS_OF = (
@@ -37,6 +37,8 @@ SCREENED_IN = dict.fromkeys(SEEDS[2:], SIX_PROBES)
 # From this seed on harm is confirmed by so many trials, of which at least this share show it.
 CONFIRMED_FROM, CONFIRMED_SHARE = 2034, 0.6
 CONFIRMING = dict.fromkeys(SEEDS[4:8], 3) | dict.fromkeys(SEEDS[8:], 6)
+# From this seed on a fault is passed over for what an earlier draw found of its direction alone.
+BY_DIRECTION_FROM = 2039
 MILD, STRONG = 3.0, 10.0
 # Parameters of a controller that are screened in one batch.
 TOGETHER = {2030: 8, 2031: 8} | dict.fromkeys(SEEDS[2:], 4)
@@ -66,14 +68,33 @@ def waiting_of(seed: int, controller: str) -> list[tuple[str, Any, bool]]:
         parameter
         for parameter in in_draw_order(controller, seed)
         if f"{seed} {controller} {parameter[0]}" not in done
-        and not _is_known(done, seed, controller, parameter[0])
+        and not _is_known(done, seed, controller, parameter)
     ]
 
 
-def _is_known(done: Mapping[str, Any], seed: int, controller: str, place: str) -> bool:
-    """Tells whether a parameter does harm in an earlier draw."""
-    earlier = (done.get(f"{other} {controller} {place}") for other in SEEDS if other < seed)
-    return any(entry["harmful"] for entry in earlier if entry)
+def _is_known(
+    done: Mapping[str, Any], seed: int, controller: str, parameter: tuple[str, Any, bool]
+) -> bool:
+    """Tells whether a parameter does harm in an earlier draw.
+
+    From BY_DIRECTION_FROM on: in the same direction; or whether its strongest fault was found
+    harmless by the same six trials.
+    """
+    place, value, is_up = parameter
+    earlier = [done.get(f"{other} {controller} {place}") for other in SEEDS if other < seed]
+    if seed < BY_DIRECTION_FROM:
+        return any(entry["harmful"] for entry in earlier if entry)
+    strongest = spoilt_by(controller, place, value, is_up, STRONG).spoilt
+    for entry in earlier:
+        if entry and entry["harmful"] and _is_same_way(value, entry["spoilt"], strongest):
+            return True
+    screened = [done.get(f"{other} {controller} {place}") for other in SCREENED_IN if other < seed]
+    return any(e["spoilt"] in (None, strongest) and not e["harmful"] for e in screened if e)
+
+
+def _is_same_way(sound: Any, one: Any, other: Any) -> bool:
+    """Tells whether two faults of a parameter lie on the same side of its sound value."""
+    return bool(one == other or (one > sound) == (other > sound))
 
 
 def in_turn(done: Mapping[str, Any], seed: int) -> list[str]:
@@ -89,6 +110,13 @@ def in_turn(done: Mapping[str, Any], seed: int) -> list[str]:
     found = [queue[turn] for turn in range(turns) for queue in queues if turn < len(queue)]
     late = [key for key in found if key.startswith("2031 mppi")]
     return [key for key in found if key not in late] + late
+
+
+def is_missed(entry: Mapping[str, Any]) -> bool:
+    """Tells whether a visit misses a goal; False where there was none."""
+    if "first" not in entry:
+        return False
+    return not entry["first"] or not entry["gone"] or bool(entry.get("worse"))
 
 
 def fault_of(entry: Mapping[str, Any]) -> Fault:

@@ -2,6 +2,7 @@
 
     python studies/planted_faults.py draw     planted_faults.yaml: 60 faults, drawn by a seed
     python studies/planted_faults.py read     the first look at each, nothing driven
+    python studies/planted_faults.py read 2027 2028 2029    at 180 others, drawn by these seeds
     python studies/planted_faults_page.py     docs/doctor_planted_faults.md
 
 The files: RPP, DWB, MPPI, TEB and Graceful with the built-in presets' parameters, the same servers
@@ -221,9 +222,9 @@ def candidates(controller: str) -> list[tuple[str, Any]]:
     return found
 
 
-def draw() -> list[Fault]:
+def draw(seed: int = SEED) -> list[Fault]:
     """Returns the faults, by the seed."""
-    generator = np.random.default_rng(SEED)
+    generator = np.random.default_rng(seed)
     found: list[Fault] = []
     for controller in TYPES:
         choices = candidates(controller)
@@ -329,13 +330,21 @@ def main() -> None:
     )
     steps = parser.add_subparsers(dest="step", required=True)
     steps.add_parser("draw", help=f"draw the faults into {DRAWN.name}")
-    steps.add_parser("read", help="print the doctor's first look at each fault; drives nothing")
-    if parser.parse_args().step == "draw":
+    read = steps.add_parser(
+        "read", help="print the doctor's first look at each fault; drives nothing"
+    )
+    read.add_argument("seeds", type=int, nargs="*", help=f"of other draws than {DRAWN.name}")
+    arguments = parser.parse_args()
+    if arguments.step == "draw":
         entries = [fault._asdict() for fault in draw()]
         DRAWN.write_text(yaml.safe_dump(entries, sort_keys=False), encoding="utf-8")
     else:
-        for row in read_score(drawn()):
+        faults = [fault for seed in arguments.seeds for fault in draw(seed)] or drawn()
+        rows = read_score(faults)
+        for row in rows:
             print(row)
+        for name in ("first", "named", "farthest", "chance"):
+            print(f"{name}: {sum(row[name] for row in rows):g} of {len(rows)}")
 
 
 if __name__ == "__main__":

@@ -64,6 +64,7 @@ KNOWN: Mapping[str, Callable[[Mapping[str, Any]], bool]] = {
     "rivals": lambda row: "rivals" in row,
     "rare": lambda row: "rivals" in row,
     "abnormal": lambda row: "abnormal" in row,
+    "named": lambda row: "named" in row,
 }
 
 
@@ -92,10 +93,12 @@ def visited_by(fault: Fault, complaint: Symptom, folder: Path) -> dict[str, Any]
     suspicions = with_differences(found.suspicions, facts)
     first_back = [suspicion.cause for suspicion in ways_back(suspicions, facts)]
     is_rare = complaint in found.rare
+    named = [*causes, *(offer.tried.suspicion.cause for offer in found.offers)][:1]
     row: dict[str, Any] = {
         # What is called too rare counts as a miss, even if another symptom is treated.
         "first": back[:1] == [True] and not is_rare,
         "among": any(back) and not is_rare,
+        "named": any(_is_back(cause.place, cause.direction, fault, facts) for cause in named),
         "shown": found.shown[0].trial.told if found.shown and found.shown[0].trial else "",
         "gone": found.cure is not None and not is_rare,
         "change": found.cure.trial.told if found.cure is not None else "",

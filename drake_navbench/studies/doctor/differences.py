@@ -42,6 +42,8 @@ CHECKS = ("*collision*", "*footprint*", "*obstacle*", "*marking*")
 # than `MOST_BACK` being abnormal tells nothing: of 111 public files with a known cure half have 13
 # and more, and the cure is one of these in 26.
 ABNORMAL, OWN_ABNORMAL, MOST_BACK = 1.6, 5.0, 3
+# The factor of moving a value of Nav2's to one with which it is at odds: the other is the likelier.
+OF_USUAL = 0.5
 SOURCE = "Nav2's code and nav2_bringup/params/nav2_params.yaml"
 # Further limits of the speed ahead: places of numbers, and of lists whose first number it is.
 LIMITS, LISTS = ("controller.max_speed_xy",), ("velocity_smoother.max_velocity",)
@@ -56,10 +58,11 @@ def with_differences(suspicions: Sequence[Suspicion], facts: Facts) -> list[Susp
 
 
 def ways_back(suspicions: Sequence[Suspicion], facts: Facts) -> list[Suspicion]:
-    """Returns the suspicions that set an abnormal value back to Nav2's, in their order.
+    """Returns the suspicions that set an abnormal value back to Nav2's, the likeliest first.
 
-    The list is empty if more than `MOST_BACK` values of the file are abnormal. If fewer are, limits
-    of motion and ranges far from Nav2's follow, but not the speed that the file asks for.
+    A suspect of the symptom adds its score to that of the abnormal value. The list is empty if more
+    than `MOST_BACK` values of the file are abnormal. If fewer are, limits of motion and ranges far
+    from Nav2's count, too, but not the speed that the file asks for.
     """
     back = {d.cause.key: d for d in _abnormal(facts)}
     if len(back) > MOST_BACK:
@@ -73,10 +76,12 @@ def ways_back(suspicions: Sequence[Suspicion], facts: Facts) -> list[Suspicion]:
         cause = suspicion.cause
         for key in [(place, cause.direction) for place in facts.matching(cause.place)]:
             if key in back:
-                reasons = tuple(dict.fromkeys((*back[key].reasons, *suspicion.reasons)))
-                new = cause._replace(place=key[0], to=back[key].cause.to)
-                found.setdefault(key, suspicion._replace(cause=new, reasons=reasons))
-    return list(found.values())
+                own = back[key]
+                reasons = tuple(dict.fromkeys((*own.reasons, *suspicion.reasons)))
+                new = cause._replace(place=key[0], to=own.cause.to)
+                score = own.score + (suspicion.score if suspicion != own else 0.0)
+                found.setdefault(key, Suspicion(new, score, reasons, suspicion.findings))
+    return sorted(found.values(), key=lambda s: -s.score)
 
 
 def _abnormal(facts: Facts) -> Iterator[Suspicion]:
@@ -115,10 +120,11 @@ def _speeds_that_differ(facts: Facts) -> Iterator[Suspicion]:
     if asked > OTHER * least:
         why = f"The file lets nothing drive faster than {least:g} m/s."
         cause = Cause(facts.speed_place, Direction.DOWN, least, why, SOURCE)
-        yield Suspicion(cause, FAR_SCORE, (why,))
+        yield Suspicion(cause, FAR_SCORE * _moved(facts, facts.speed_place), (why,))
         why = f"The controller asks for {asked:g} m/s."
         to = asked if low in LIMITS else [asked, *facts[low][1:]]
-        yield Suspicion(Cause(low, Direction.UP, to, why, SOURCE), FAR_SCORE, (why,))
+        cause = Cause(low, Direction.UP, to, why, SOURCE)
+        yield Suspicion(cause, FAR_SCORE * _moved(facts, low), (why,))
     elif least > FAR * asked:
         why = f"All else in the file lets the robot drive {least:g} m/s."
         cause = Cause(facts.speed_place, Direction.UP, least, why, SOURCE)
@@ -147,7 +153,14 @@ def _costmaps_that_differ(facts: Facts) -> Iterator[Suspicion]:
         for place, to in places:
             up = Direction.UP if to > facts.number(place) else Direction.DOWN
             why = f"The other costmap has {to:g}."
-            yield Suspicion(Cause(place, up, to, why, SOURCE), OTHER_SCORE, (why,))
+            score = OTHER_SCORE * _moved(facts, place)
+            yield Suspicion(Cause(place, up, to, why, SOURCE), score, (why,))
+
+
+def _moved(facts: Facts, place: str) -> float:
+    """Returns the factor of a way out that moves a place's value: less if that is Nav2's."""
+    is_known = bool(usual_values(facts.kinds).get(place))
+    return OF_USUAL if is_known and not unusual_value(facts, place, least=OTHER) else 1.0
 
 
 def _differences(facts: Facts) -> Iterator[Suspicion]:

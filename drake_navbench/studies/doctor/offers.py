@@ -14,6 +14,7 @@ from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studies.doctor.candidates import Candidates
 from drake_navbench.studies.doctor.causes import Direction
 from drake_navbench.studies.doctor.change import FRESH_SEEDS, Judged, compared
+from drake_navbench.studies.doctor.differences import ways_back, with_differences
 from drake_navbench.studies.doctor.driving import Driver
 from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.offer import Kind, Offer
@@ -109,7 +110,8 @@ def _possible(
                 yield Offer(Kind.HELPED, entry, entry.trial, symptom)
         known |= {e.suspicion.cause.key for e in visit.tried if _is_driven(e)}
     suspicions = visit.suspicions if is_treated else visit.of_complaint or visit.suspicions
-    for suspicion in suspicions:
+    back = ways_back(with_differences(suspicions, visit.facts), visit.facts)
+    for suspicion in sorted([*back, *suspicions], key=lambda s: -s.score):
         if suspicion.cause.key in known:
             continue
         able, told = candidates.of(suspicion, most=1)

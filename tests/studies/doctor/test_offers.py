@@ -65,6 +65,20 @@ def test_a_complaint_that_no_probe_shows_leaves_the_three_likeliest_changes_to_t
     )
 
 
+def test_an_abnormal_value_counts_among_the_changes_to_try(patient):
+    # Nav2's gamma is 0.015: ten times that weighs as much as the suspect does. Of the file's other
+    # abnormal values patience, twice Nav2's, comes before the radius of progress by its name.
+    patient.paths[0].write_text(nav2_text(MPPI_BLOCK | {"gamma": 0.15}, plugin=MPPI))
+    (suspect,) = READ[3:]
+    offers = offered(patient, visited(replace(patient), of_complaint=[suspect]))
+    assert places(offers) == ["gamma", "batch_size", "movement_time_allowance"]
+    # Three far values more, and being far from Nav2's tells nothing.
+    far = {"gamma": 0.15, "temperature": 3.0, "vx_std": 2.0, "wz_std": 4.0}
+    patient.paths[0].write_text(nav2_text(MPPI_BLOCK | far, plugin=MPPI))
+    offers = offered(patient, visited(replace(patient), of_complaint=[suspect]))
+    assert places(offers) == ["batch_size"]
+
+
 def test_the_complaints_own_number_is_told_although_it_is_below_its_threshold(patient):
     class Slight(Rows):
         def drive(self, preset, probes, trials, *, seed):
@@ -127,7 +141,7 @@ def test_without_time_or_after_ctrl_c_the_changes_are_offered_as_not_driven(
 def test_a_change_on_which_no_trial_depends_is_offered_as_that(patient):
     patient.paths[0].write_text(nav2_text(MPPI_BLOCK, plugin=MPPI, amcl={"max_particles": 800}))
     particles = Suspicion(Cause("amcl.max_particles", Direction.UP, 2000), 1.0, ("Too few.",))
-    (first,) = offered(patient, visited(patient, of_complaint=[particles]))
+    first, *_ = offered(patient, visited(patient, of_complaint=[particles]))
     assert offer_label(first) == (
         "Not shown by driving. By reading: Too few. No trial of this program depends on it, so "
         "none was driven."

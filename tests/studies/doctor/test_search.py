@@ -187,6 +187,8 @@ def test_a_source_of_which_the_costmaps_know_different_ranges_is_tried_with_both
         "plugins": ["obstacle_layer"], "obstacle_layer": other, "update_frequency": 1.0,
     }}}  # fmt: skip
     content["local_costmap"]["local_costmap"]["ros__parameters"]["update_frequency"] = 5.0
+    checker = content["controller_server"]["ros__parameters"]["progress_checker"]
+    checker |= {"movement_time_allowance": 10.0, "required_movement_radius": 0.5}
     path.write_text(yaml.safe_dump(content, sort_keys=False))
     facts = Patient((path,), "wheelchair", {}, "jazzy").facts()
     found = {s.cause.place: s.cause.to for s in with_differences([], facts)}
@@ -194,6 +196,25 @@ def test_a_source_of_which_the_costmaps_know_different_ranges_is_tried_with_both
     assert found["global_costmap.obstacle_max_range"] == 3.0
     # 5 and 1 Hz are Nav2's own.
     assert not any(place.endswith("update_frequency") for place in found)
+    # 3 m is near Nav2's 2.5 m, 0.5 m is not: it is the likelier slip.
+    back = [s.cause.place for s in ways_back(with_differences([], facts), facts)]
+    ranges = [place for place in back if place.endswith("max_range")]
+    assert ranges == ["global_costmap.obstacle_max_range", "local_costmap.obstacle_max_range"]
+
+
+def test_an_abnormal_value_that_is_a_suspect_of_the_symptom_is_set_back_first(patient):
+    # The file has twice Nav2's patience, 20 s, and 0.3 m of progress in place of 0.5 m.
+    facts = patient.facts()
+    patience, progress = "movement_time_allowance", "required_movement_radius"
+
+    def order(name, direction):
+        suspect = Suspicion(Cause(f"progress_checker.{name}", direction), 0.1, ())
+        found = ways_back(with_differences([suspect], facts), facts)
+        return [(s.cause.place.rpartition(".")[2], round(s.score, 2)) for s in found]
+
+    # Each has 0.2 for being abnormal; the suspect's 0.1 is added.
+    assert order(patience, Direction.DOWN) == [(patience, 0.3), (progress, 0.2)]
+    assert order(progress, Direction.UP) == [(progress, 0.3), (patience, 0.2)]
 
 
 class Interlocked(Counted):
