@@ -16,8 +16,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 
-from catalogue import catalogue
-from field_table import robots_page
+from catalogue import catalogue, living_metrics
+from field_table import navigation_page, robots_page
 from plugin_page import DATA_FILE, plugin_page, read_plugins
 from pydrake.systems.framework import Context, OutputPort, PortDataType
 
@@ -63,8 +63,8 @@ TABLE_END = "<!-- end of {} -->"
 def documents(folder: Path) -> Iterator[tuple[str, str]]:
     """Yields the name within docs/ and the text of everything that is generated.
 
-    folder: the present docs/. In controllers.md and scenarios.md only the table of presets or
-    scenarios is made anew. Raises InputError where such a page has no place for its table.
+    folder: the present docs/. Of the pages in TABLES only the table is made anew. Raises
+    InputError where such a page has no place for its table.
     """
     yield "wiring.dot", wiring()
     for name, model in SCHEMAS.items():
@@ -72,6 +72,7 @@ def documents(folder: Path) -> Iterator[tuple[str, str]]:
     yield "log_format.md", log_format()
     yield "metrics.md", catalogue()
     yield "robots.md", robots_page()
+    yield "robot_navigation.md", navigation_page()
     data = folder / DATA_FILE
     if data.is_file():
         yield "plugins_of_nav2.md", plugin_page(read_plugins(data))
@@ -215,6 +216,7 @@ def _kind(port: OutputPort, context: Context) -> str:
 TABLES: Mapping[str, tuple[str, Callable[[], str]]] = {
     "drake.md": ("systems", systems_table),
     "controllers.md": ("presets", presets_table),
+    "living_world.md": ("metrics", living_metrics),
     "scenarios.md": ("scenarios", scenarios_table),
 }
 
