@@ -45,11 +45,9 @@ CONTACT_TEXT = """\
 ## Touch
 
 A trial ends as `collided` at the instant at which the outline first touches an obstacle or a wall
-of a map: `end_time_s` and the last row are that instant, with the pose and velocity then and a
-clearance of 0. It is found between samples, too, on the cubic through the poses and velocities at
-both ends of each step of the integrator, by conservative advancement: less than 0.01 mm apart is
-touching, and no overlap of that motion is missed. A task that ends before a touch keeps its
-outcome. The clearance in the rows before is sampled every 0.05 s and held."""
+of a map: `end_time_s` and the last row are that instant, with a clearance of 0. It is found between
+samples, too, on the cubic through poses and velocities of each step: less than 0.01 mm apart is
+touching. The clearance in the rows before is sampled every 0.05 s and held."""
 SCHEMAS: Mapping[str, type[FrozenModel]] = {
     "scenario": Scenario,
     "robot": Robot,
