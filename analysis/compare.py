@@ -241,7 +241,7 @@ def _checked(listed: Sequence[str]) -> tuple[str, ...]:
             raise InputError(f"metric {name!r} is unknown{nearest_name_hint(name, known)}")
         if known[name] is Better.NEITHER:
             raise InputError(
-                f"metric {name!r}: neither higher nor lower is better; it cannot get worse"
+                f"metric {name!r}: cannot get worse; expected one with a good direction"
             )
     return tuple(dict.fromkeys([*outcomes, *listed])) if listed else ()
 

@@ -34,7 +34,7 @@ from drake_navbench.analysis.figures.style import (
 )
 from drake_navbench.analysis.metrics.signals import positions
 from drake_navbench.inputs.floor_scenario import SCENARIO_FILES
-from drake_navbench.inputs.presets import load_preset, preset_files
+from drake_navbench.inputs.presets import preset_files
 from drake_navbench.inputs.robot import ROBOT_FILES, load_robot
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, load_scenario
 from drake_navbench.trial.trial import DEFAULT_ROBOT
@@ -66,9 +66,9 @@ INK, MUTED, LIDAR_COLOR = "#1f2933", "#6b7480", "#c0392b"
 HEADER = f"""\
 # Gallery
 
-`python studies/gallery.py` makes this page. Each picture shows one trial with seed {SEED}: first
-of every scenario, then of every preset. The dashed line is the plan, the star is the goal. To make
-your own, see [scenarios](scenarios.md), [robots](your_robot.md) and [controllers](controllers.md).
+Each picture shows one trial with seed {SEED}: first of every [scenario](scenarios.md), then of
+every [preset](controllers.md#the-built-in-ones). The dashed line is the plan, the star is the goal.
+`python studies/gallery.py` makes this page.
 """
 
 
@@ -138,11 +138,11 @@ def robots_picture(names: Sequence[str]) -> Figure:
     return figure
 
 
-def descriptions() -> dict[str, str]:
-    """Returns the sections of the page besides robots: scenarios, then controllers."""
+def captions() -> dict[str, str]:
+    """Returns the captions of scenarios, then of presets: none, as these drive one course."""
     others = [name for name in SCENARIO_FILES.names if name not in PUBLISHED_SCENARIOS]
     scenarios = {n: load_scenario(n).description for n in (*PUBLISHED_SCENARIOS, *others)}
-    return scenarios | {n: load_preset(n).description for n in preset_files()}
+    return scenarios | dict.fromkeys(preset_files(), "")
 
 
 def picture(name: str) -> Figure:
@@ -159,8 +159,8 @@ def picture(name: str) -> Figure:
 def page() -> str:
     """Returns the page in Markdown."""
     lines = [HEADER]
-    for name, description in descriptions().items():
-        lines += [f"## {name}", "", f"{description}.", "", _shown(name), ""]
+    for name, caption in captions().items():
+        lines += [f"## {name}", "", *([f"{caption}.", ""] if caption else []), _shown(name), ""]
     lines += ["## Robots", "", "To scale, in m; the dots are the lidars.", "", _shown(ROBOTS), ""]
     return "\n".join(lines)
 
@@ -171,7 +171,7 @@ def _shown(name: str) -> str:
 
 def main() -> None:
     """Drives the trials, writes the pictures and the page."""
-    known = [*descriptions(), ROBOTS]
+    known = [*captions(), ROBOTS]
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME", help="draw only these (all)")
     names = parser.parse_args().names or known

@@ -16,8 +16,8 @@ REDIRECTS = REPOSITORY / "docs" / "site" / "redirects.yaml"
 REPLAYS = REPOSITORY / "build" / "replays"
 GALLERY, INTERFACE = "gallery.md", "api.md"
 # Weights in the search; others have 1. Docstrings and the notebook name everything and explain
-# little.
-WEIGHTS = {INTERFACE: 0.2, "tutorial.ipynb": 0.3}
+# little; who asks for a robot is to find the page where each of its files has its command.
+WEIGHTS = {INTERFACE: 0.2, "tutorial.ipynb": 0.3, "your_robot.md": 4.0}
 NAME = re.compile(r"^\| `(drake_navbench[\w.]+)` \|", re.M)
 HEADING = re.compile(r"^(?=## )", re.M)
 FENCE = re.compile(r"^\s*(```|~~~)")

@@ -86,8 +86,8 @@ def test_the_table_of_scenarios_has_a_line_for_every_scenario_and_its_family():
     assert rows["doorway"] == ""
 
 
-def test_the_page_of_robots_has_every_field_and_a_block_like_another_names_it():
-    page = GENERATED["robots.md"]
+def test_the_pages_of_robots_have_every_field_and_a_block_like_another_names_it():
+    page = GENERATED["robots.md"] + GENERATED["robot_navigation.md"]
     first_cells = re.findall(r"^\| (`[\w.]+`.*?) \|", page, re.M)
     parts = {
         part
@@ -109,7 +109,7 @@ def test_the_page_of_robots_has_every_field_and_a_block_like_another_names_it():
 
 
 def test_a_field_with_nav2s_name_and_meaning_is_listed_and_one_that_differs_is_explained():
-    page = GENERATED["robots.md"]
+    page = GENERATED["robot_navigation.md"]
     planner = page.partition("## `navigation.planner`")[2].partition("## ")[0]
     (row,) = [line for line in planner.splitlines() if "`w_euc_cost`" in line]
     assert row.endswith("| As in Nav2. |")

@@ -74,11 +74,11 @@ class Suite(FrozenModel):
             raise ValueError("revealed: nothing was sealed")
         known = self.known_seeds
         if len(set(known)) < len(known):
-            raise ValueError("seeds: expected different ones")
+            raise ValueError("seeds: one is given twice; expected each once")
         if any(not 0 <= seed <= MAX_SEED for seed in known):
             raise ValueError(f"seeds: expected whole numbers from 0 to {MAX_SEED}")
         if len(set(self.scenarios)) < len(self.scenarios):
-            raise ValueError("scenarios: expected different ones")
+            raise ValueError("scenarios: one is given twice; expected each once")
         return self
 
     @property

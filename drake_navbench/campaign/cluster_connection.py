@@ -128,7 +128,9 @@ def _security_of(place: ClusterPlace) -> Security:
         _local_count(address)
         if certificates is not None or place.trusts_network:
             option = "--cluster-tls" if certificates is not None else "--trust-network"
-            raise InputError(f"--cluster {address}: has certificates of its own; got {option}")
+            raise InputError(
+                f"--cluster {address}: makes its own certificates; expected no {option}"
+            )
         return _security().temporary()
     found = ADDRESS.fullmatch(address)
     if found is None or not 1 <= int(found[4]) <= LAST_PORT:

@@ -135,7 +135,7 @@ def _map_task(arguments: argparse.Namespace, worlds: Sequence[str]) -> dict[str,
     if not any(given.values()) and not worlds:
         return None
     if given["--goal"] and given["--goals"]:
-        raise InputError("--goals: gives the goals; expected no --goal beside it")
+        raise InputError("--goal: got one beside --goals; expected one of the two")
     others = [name for name in arguments.scenarios if name not in worlds]
     if others and not worlds and not given["--map"]:
         option = next(name for name, is_given in given.items() if is_given)
@@ -146,9 +146,7 @@ def _map_task(arguments: argparse.Namespace, worlds: Sequence[str]) -> dict[str,
     wanted = () if given["--goals"] else ("--start", "--goal")
     for name in wanted if worlds else ("--map", *wanted):
         if not given[name]:
-            raise InputError(
-                f"{name}: missing; {place} goes with --start and --goal, or with --goals"
-            )
+            raise InputError(f"{name}: missing; {place} needs --start and --goal, or --goals")
     return {
         "map": None if arguments.map is None else str(arguments.map),
         "worlds": list(worlds),

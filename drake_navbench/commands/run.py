@@ -303,7 +303,7 @@ def _require_nothing_else(parser: argparse.ArgumentParser, arguments: argparse.N
         if name not in ALLOWED_WITH_RESUME and value != parser.get_default(name):
             option = "SCENARIO" if name == "scenarios" else f"--{name.replace('_', '-')}"
             raise InputError(
-                f"--resume {arguments.resume}: goes on with what was asked then; "
+                f"--resume {arguments.resume}: continues a run with its own options; "
                 f"expected no {option}, got {value!r}"
             )
 

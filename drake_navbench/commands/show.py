@@ -91,7 +91,7 @@ def _show(arguments: argparse.Namespace) -> None:
     if out is not None and out.suffix not in SUFFIXES:
         raise InputError(f"--out {out}: expected a name that ends in {', '.join(SUFFIXES)}")
     if arguments.check:
-        raise InputError("--check: prints a table and belongs to run; expected no --check")
+        raise InputError("--check: show prints no table; expected drake-navbench run --check")
     defaults = run_parser().parse_args([])
     run_arguments = argparse.Namespace(**vars(defaults) | vars(arguments))
     run_arguments.out, run_arguments.robot = None, arguments.robot or defaults.robot

@@ -183,7 +183,7 @@ class _Table:
                     return known.outline
                 return {"footprint": around_origin(np.array(known.footprint)).tolist()}
             raise InputError(
-                f"{shown}: tells no outline: {why}; give it in a robot file, or by a Nav2 file's "
+                f"{shown}: no outline found: {why}; give it in a robot file, or by a Nav2 file's "
                 "footprint or robot_radius"
             )
         outline = around_origin(body.outline)

@@ -125,7 +125,9 @@ def _loaded(
     every = (obstacle for area in areas for obstacle in _obstacles(area, near))
     obstacles = tuple(islice(every, MAX_POLYGONS + 1))
     if len(obstacles) > MAX_POLYGONS:
-        raise InputError(f"{path}: makes more than {MAX_POLYGONS} polygons; expected fewer")
+        raise InputError(
+            f"{path}: makes more than {MAX_POLYGONS} polygons; expected a smaller world"
+        )
     solid = shapely.union_all([area.region for area in areas])
     persons = []
     for person in map(_person, source.actors):

@@ -59,7 +59,7 @@ def check_mission(
         part = "mission" if mission else "lifts"
         raise ValueError(f"{part}: expected floors as well, found none")
     if not mission:
-        raise ValueError("mission: expected a leg at least, found none")
+        raise ValueError("mission: expected at least one leg, found none")
     _require_different("floors", floor_names)
     _require_different("lifts", [lift.name for lift in lifts])
     for index, lift in enumerate(lifts):

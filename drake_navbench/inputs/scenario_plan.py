@@ -37,7 +37,7 @@ class Arc(FrozenModel):
     @classmethod
     def _turns(cls, value: float) -> float:
         if abs(value) < LEAST_ARC_DEG:
-            raise ValueError("expected a turn; straight_m is a piece without one")
+            raise ValueError("expected a turn; a straight piece is straight_m")
         return value
 
 

@@ -183,8 +183,8 @@ def _check_recorded_people(scenario: FloorScenario, body: shapely.Polygon) -> No
     path = scenario.files[-1]
     if not len(people):
         raise InputError(
-            f"{path}: nobody is there in the {scenario.timeout_s:g} s of a trial of scenario "
-            f"{scenario.name} from recording.start_time_s on"
+            f"{path}: no person appears in the {scenario.timeout_s:g} s of a trial of scenario "
+            f"{scenario.name}, counted from recording.start_time_s"
         )
     places = shapely.points(people.people_at(0.0)[:, :2])
     gaps_m = shapely.distance(places, body) - people.radius_m

@@ -26,16 +26,16 @@ drake-navbench run empty --controllers rpp --metric my.py:my_metric
 - ↑: higher is better; ↓: lower is better; no arrow: neither. The unit stands in brackets.
 - Bar: verdicts ignore differences up to this one.
 - An empty cell: the metric has no value for that trial; the cell names the reason.
-- "Published" metrics keep the definitions of Schena 2024, weaknesses included. Prefer the corrected
-  form; its name ends in its unit.
-- *First plan*: the plan made at the start, in `follow_path` the only one. With waypoints: the first
-  plans of all legs, one behind the other (`course` of a `TrialLog`; singly `first_plans`); in
-  `navigate_through_poses` the one plan through all poses.
-- *Plan in force*: the latest plan that the controller had been given, also during recoveries and
-  pauses. Metrics of tracking leave out the time before the first plan.
+- "Published" metrics keep the definitions of Schena 2024, weaknesses included.
+- *First plan*: the plan made at the start; with waypoints those of all legs, one behind the other
+  (`course` of a `TrialLog`). *Plan in force*: the latest one that the controller had been given;
+  tracking begins with the first.
 - Sources by name: BARN (Perille et al. 2020; Xiao et al. 2022), HuNavSim (Perez-Higueras et al.
   2023), SEAN 2.0 (Tsoi et al. 2022), SocNavBench (Biswas et al. 2022), TAGA (Roy and Rahman, arXiv
   2503.21168v3).
+
+The metrics of worlds in which something moves, [moving](living_world.md#moving) and
+[social](living_world.md#social), stand on the page about a living world.
 
 A package offers metrics by an entry point of the group `drake_navbench.metrics` that names their
 module. `make docs` makes this page from the metrics' docstrings.
@@ -47,6 +47,8 @@ Every log must keep these rules, whatever the controller does. The report warns 
 the column `violations` in trials.parquet counts the rows that break one.
 """
 ARROWS = {"higher": " ↑", "lower": " ↓", "neither": ""}
+# Themes whose tables stand in living_world.md.
+OF_A_LIVING_WORLD = ("moving", "social")
 REPLACED_BY = {
     "abort_time": "stall_time_s",
     "avg_heading_error": "heading_error_mean_deg",
@@ -64,15 +66,26 @@ REPLACED_BY = {
 def catalogue() -> str:
     """Returns the catalogue of the installed metrics as Markdown."""
     parts = [INTRODUCTION]
-    for theme, metrics in installed_metrics().items():
-        parts.append(f"\n## {theme.capitalize()}\n")
-        rows = [_row(entry) for entry in metrics]
-        titles = ("metric", "what", "formula")
-        parts += markdown_table(titles, rows)
+    for theme in installed_metrics():
+        if theme not in OF_A_LIVING_WORLD:
+            parts += ["", *_theme(theme, "##")]
     parts.append(CHECKS)
     checks = ((kind, _first_line(check)) for kind, check in INVARIANTS.items())
     parts += markdown_table(("check", "what"), checks)
     return "\n".join(parts) + "\n"
+
+
+def living_metrics() -> str:
+    """Returns the tables of the metrics of worlds in which something moves."""
+    moving, social = (_theme(theme, "###") for theme in OF_A_LIVING_WORLD)
+    return "\n".join([*moving, "", *social])
+
+
+def _theme(theme: str, level: str) -> list[str]:
+    """Returns the heading and the table of a theme."""
+    rows = [_row(entry) for entry in installed_metrics()[theme]]
+    table = markdown_table(("metric", "what", "formula"), rows)
+    return [f"{level} {theme.capitalize()}", "", *table]
 
 
 def section(entry: Metric, title: str) -> str:
@@ -88,7 +101,7 @@ def _first_line(check: Callable[..., object]) -> str:
 def _row(entry: Metric) -> list[str]:
     what = entry.summary
     if entry.name in REPLACED_BY:
-        what += f" Corrected form: `{REPLACED_BY[entry.name]}`."
+        what += f" Prefer `{REPLACED_BY[entry.name]}`."
     if not entry.is_repeatable:
         what += " Differs from run to run."
     if entry.relevant:

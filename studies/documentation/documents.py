@@ -16,8 +16,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 
-from catalogue import catalogue
-from field_table import robots_page
+from catalogue import catalogue, living_metrics
+from field_table import navigation_page, robots_page
 from plugin_page import DATA_FILE, plugin_page, read_plugins
 from pydrake.systems.framework import Context, OutputPort, PortDataType
 
@@ -45,11 +45,9 @@ CONTACT_TEXT = """\
 ## Touch
 
 A trial ends as `collided` at the instant at which the outline first touches an obstacle or a wall
-of a map: `end_time_s` and the last row are that instant, with the pose and velocity then and a
-clearance of 0. It is found between samples, too, on the cubic through the poses and velocities at
-both ends of each step of the integrator, by conservative advancement: less than 0.01 mm apart is
-touching, and no overlap of that motion is missed. A task that ends before a touch keeps its
-outcome. The clearance in the rows before is sampled every 0.05 s and held."""
+of a map: `end_time_s` and the last row are that instant, with a clearance of 0. It is found between
+samples, too, on the cubic through poses and velocities of each step: less than 0.01 mm apart is
+touching. The clearance in the rows before is sampled every 0.05 s and held."""
 SCHEMAS: Mapping[str, type[FrozenModel]] = {
     "scenario": Scenario,
     "robot": Robot,
@@ -63,8 +61,8 @@ TABLE_END = "<!-- end of {} -->"
 def documents(folder: Path) -> Iterator[tuple[str, str]]:
     """Yields the name within docs/ and the text of everything that is generated.
 
-    folder: the present docs/. In controllers.md and scenarios.md only the table of presets or
-    scenarios is made anew. Raises InputError where such a page has no place for its table.
+    folder: the present docs/. Of the pages in TABLES only the table is made anew. Raises
+    InputError where such a page has no place for its table.
     """
     yield "wiring.dot", wiring()
     for name, model in SCHEMAS.items():
@@ -72,6 +70,7 @@ def documents(folder: Path) -> Iterator[tuple[str, str]]:
     yield "log_format.md", log_format()
     yield "metrics.md", catalogue()
     yield "robots.md", robots_page()
+    yield "robot_navigation.md", navigation_page()
     data = folder / DATA_FILE
     if data.is_file():
         yield "plugins_of_nav2.md", plugin_page(read_plugins(data))
@@ -215,6 +214,7 @@ def _kind(port: OutputPort, context: Context) -> str:
 TABLES: Mapping[str, tuple[str, Callable[[], str]]] = {
     "drake.md": ("systems", systems_table),
     "controllers.md": ("presets", presets_table),
+    "living_world.md": ("metrics", living_metrics),
     "scenarios.md": ("scenarios", scenarios_table),
 }
 

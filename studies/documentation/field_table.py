@@ -1,4 +1,4 @@
-"""The page about the fields of a robot file, made from the model that reads it."""
+"""The pages about the fields of a robot file, made from the model that reads it."""
 
 from __future__ import annotations
 
@@ -27,20 +27,33 @@ gives the mass. A URDF, SDF or xacro can take the file's place
 the `navigation`; you write only [what no Nav2 file contains](nav2_files.md#what-is-taken).
 
 Example: `range_max_m` (`12.0`) below `lidar` is written `lidar: {range_max_m: 8.0}`, or for a sweep
-`--sweep lidar.range_max_m=4,8`. Default in round brackets, unit in square ones.
+`--sweep lidar.range_max_m=4,8`. Default in round brackets, unit in square ones; `NAME`: a name of
+your choice. A row `type: ...` begins the fields of that kind; rows above it apply to all.
+`schemas/robot.json` holds every field with its limits for editors."""
+NAVIGATION_INTRODUCTION = """\
+# Fields of a robot file: navigation
 
-- `NAME`: a name of your choice.
+Look up here the fields of the block `navigation` of a [robot file](robots.md): controller server,
+costmaps, planner, behaviour tree, smoother and monitor, under Nav2's names. [How they
+work](navigation.md). Example: `inflation_radius` (`0.55`) of the local costmap's inflation layer is
+written
+
+```yaml
+navigation:
+  local_costmap:
+    inflation_layer: {inflation_radius: 0.9}
+```
+
 - "As in Nav2": name, meaning and unit are those of Nav2's configuration guide. Such fields of a
   block share a row: `a.b`: `c` (`1`), `d` (`2`) are `a.b.c` and `a.b.d`.
 - "Ours: ...; Nav2: ...": the default does the first, the other value the second.
 - A row `type: ...` or `plugin: ...` begins the fields of that kind; rows above it apply to all.
-- "Fields of X", "as in X: ...": these rows of X apply, with their defaults.
-
-`schemas/robot.json` holds every field's meaning and limits for editors; `make docs` makes it
-and this page."""
+- "Fields of X", "as in X: ...": these rows of X apply, with their defaults."""
+# What the page of robots says of the block that has a page of its own.
+NAVIGATION_LINK = "The navigation stack around the controller: [its fields](robot_navigation.md)."
 # Fields that the loader sets.
 NOT_IN_FILES = ("directory",)
-# A block below this heading has a heading of its own.
+# This block has a page of its own, with a heading for each block within.
 DEEPER = "navigation"
 # From this number of rows on, equal rows of two blocks are shown once.
 WORTH_SHARING = 3
@@ -70,7 +83,7 @@ class Shown(NamedTuple):
 
 
 def robots_page() -> str:
-    """Returns the page: the built-in robots, then every field."""
+    """Returns the page of robots: the built-in ones, then every field but those of DEEPER."""
     page = Page(Robot.model_json_schema())
     robots = ((f"`{name}`", load_robot(name).description) for name in ROBOT_FILES.names)
     lines = [
@@ -85,6 +98,13 @@ def robots_page() -> str:
         *_table(page.rows_without_blocks()),
         *page.sections(page.schema, ""),
     ]
+    return "\n".join([*lines, ""])
+
+
+def navigation_page() -> str:
+    """Returns the page of the fields of DEEPER."""
+    page = Page(Robot.model_json_schema())
+    lines = [*NAVIGATION_INTRODUCTION.splitlines(), *page.sections_of_navigation()]
     return "\n".join([*lines, ""])
 
 
@@ -139,20 +159,25 @@ class Page:
                 yield _row(name, name, field, self.schema)
 
     def sections(self, part: Field, prefix: str) -> Iterator[str]:
-        """Yields the lines of a section for each block, in DEEPER for each block within."""
+        """Yields the lines of a section for each block; a link in that of DEEPER."""
         for name, field in part["properties"].items():
             kinds = self._kinds(field)
             if not kinds:
                 continue
-            yield from ("", f"## `{prefix}{name}`", "", _meaning(field, kinds))
             if name == DEEPER:
-                yield from self.sections(next(iter(kinds.values())), f"{name}.")
+                yield from ("", f"## `{name}`", "", NAVIGATION_LINK)
                 continue
+            yield from ("", f"## `{prefix}{name}`", "", _meaning(field, kinds))
             rows = list(self._rows_of_block(field, f"{prefix}{name}", "", ()))
             if rows[0][0] == "``":
                 yield from ("", rows.pop(0)[2])
             is_nav2s = prefix == f"{DEEPER}." and name != ALL_SHOWN
             yield from ("", *(_short_table(rows) if is_nav2s else _table(rows)))
+
+    def sections_of_navigation(self) -> Iterator[str]:
+        """Yields the lines of a section for each block within DEEPER."""
+        (navigation,) = self._kinds(self.schema["properties"][DEEPER]).values()
+        yield from self.sections(navigation, f"{DEEPER}.")
 
     def _rows_of_block(
         self, field: Field, whole: str, prefix: str, above: tuple[str, ...]

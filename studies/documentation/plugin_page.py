@@ -15,20 +15,23 @@ DATA_FILE = "nav2_plugins.yaml"
 HEADING = """\
 # The plugins of Nav2
 
-Is a plugin that your Nav2 file names here, and does it behave as Nav2's? Every plugin that Nav2
-ships in Humble to Lyrical stands in a table below. `drake-navbench run --nav2 FILE --check` tells
-it for one file. `make docs` makes this page of [nav2_plugins.yaml](nav2_plugins.yaml).
+Is a plugin that your Nav2 file names here, and does it behave as Nav2's? These tables hold every
+plugin of Humble to Lyrical. For one file ask
+
+```
+drake-navbench run --nav2 FILE --check
+```
 
 - **releases**: the Nav2 releases that ship the plugin.
-- **here**: the name of its counterpart; "–" means that there is none.
+- **here**: its counterpart; "–": there is none; "same name": Nav2's, with or without prefix.
 - **rules of**: the releases whose behaviour the counterpart has. Of several, your file's release
   decides.
 - **how equal**: the largest difference from Nav2's C++, both given the same input (commands in m/s
   and rad/s, positions in m). Where nothing is said, the counterpart follows Nav2's source and its
   tests.
 
-**Defaults**: 1,658 default values were read out of the sources of 37 plugins and servers, each in
-the releases that have it. Files with these values and files without them make the same columns.
+1,658 default values of 37 plugins and servers are those of the sources, release by release.
+`make docs` makes this page of [nav2_plugins.yaml](nav2_plugins.yaml).
 """
 
 
@@ -107,7 +110,9 @@ def _naming(plugin: ShippedPlugin) -> str:
     """Returns in words how a plugin is called here; '' where its names are to be listed."""
     if plugin.ours is None:
         return "–"
-    return "same name" if plugin.ours == plugin.type else ""
+    bare = plugin.type.rpartition("::")[2]
+    same = (plugin.type, bare, bare.removesuffix("Critic"))
+    return "same name" if plugin.ours in same and not plugin.beside else ""
 
 
 def _listed(names: list[str]) -> str:

@@ -181,7 +181,7 @@ def test_nothing_fails_where_nothing_is_listed(folders, capsys):
     ("listed", "message"),
     [
         ("min_clearence_m", "did you mean 'min_clearance_m'"),
-        ("driven_length_m", "neither higher nor lower is better"),
+        ("driven_length_m", "cannot get worse; expected one with a good direction"),
     ],
 )
 def test_wrong_metrics_are_one_line_and_status_2(folders, capsys, listed, message):

@@ -134,7 +134,7 @@ def test_a_file_that_cannot_be_added_to_is_left_alone(suite_path, secret_path):
 @pytest.mark.parametrize(
     ("fields", "told"),
     [
-        ({"seeds": [1, 1]}, "different"),
+        ({"seeds": [1, 1]}, "expected each once"),
         ({"seeds": [-1]}, "from 0 to"),
         ({"version": 0}, "version"),
         ({"trial": 4}, "did you mean 'trials'"),

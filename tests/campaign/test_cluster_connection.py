@@ -139,7 +139,7 @@ ADDRESS_WANTED = "expected tls://HOST:PORT or tcp://HOST:PORT of a scheduler, or
         (["127.0.0.1:8786"], "runs code as you; expected tls://HOST:PORT with --cluster-tls"),
         (["tls://127.0.0.1:8786"], "expected --cluster-tls DIR with ca.pem, cert.pem and key.pem"),
         (["tls://127.0.0.1:8786", "--trust-network"], "is encrypted; expected no --trust-network"),
-        (["local:2", "--trust-network"], "has certificates of its own; got --trust-network"),
+        (["local:2", "--trust-network"], "makes its own certificates; expected no --trust-network"),
         (["tcp://127.0.0.1:8786", "--cluster-tls", "."], "expected tls:// with --cluster-tls"),
         (["tcp://127.0.0.1:{port}", "--trust-network"], "no scheduler answers there within 5 s"),
     ],

@@ -93,7 +93,7 @@ def test_check_prints_the_same_table_in_every_process_and_writes_nothing(tmp_pat
         (["--nav2", "FILE", "--set", "a"], "--set 'a': expected name=value"),
         (
             ["--map", "map.yaml"],
-            "--start: missing; --map goes with --start and --goal, or with --goals",
+            "--start: missing; --map needs --start and --goal, or --goals",
         ),
         (
             ["doorway", "--goals", "2"],

@@ -199,7 +199,7 @@ def test_faults_are_the_lines_that_run_prints(asked, tmp_path, capsys):
     [
         ([], "expected what to show: a scenario, --map, --robot, --nav2 or --controllers"),
         (["empty", "--out", "p.pdf"], "--out p.pdf: expected a name that ends in .html, .svg"),
-        (["empty", "--check"], "--check: prints a table and belongs to run"),
+        (["empty", "--check"], "--check: show prints no table"),
         (["empty", "--out", f"{JAZZY}/p.svg"], "/p.svg: cannot be written"),
     ],
 )

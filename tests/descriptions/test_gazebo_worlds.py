@@ -290,7 +290,7 @@ def test_a_world_of_webots_is_told_in_one_line(tmp_path):
     path = tmp_path / "room.wbt"
     path.write_text("#VRML_SIM R2023b utf8")
     assert is_world(path)
-    with pytest.raises(InputError, match="is a world of Webots; read are worlds of Gazebo"):
+    with pytest.raises(InputError, match="is a world of Webots; expected one of Gazebo"):
         load_gazebo_world(path, lidar_m=LIDAR_M, top_m=TOP_M)
 
 

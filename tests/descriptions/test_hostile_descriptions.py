@@ -75,7 +75,7 @@ def test_a_mesh_that_is_none_is_told_and_not_drawn(tmp_path):
         (tmp_path / name).write_text(head + content + tail)
     path = cart(tmp_path, "".join(map(MESH.format, NO_MESHES)))
     line = refusal(read_robot_model, path)
-    assert "tells no outline: left out" in line
+    assert "no outline found: left out" in line
     for _, reason in NO_MESHES.values():
         assert reason in line
     # An OBJ file is drawn by the browser, as far as it goes.
@@ -121,7 +121,7 @@ def test_a_flat_mesh_is_an_obstacle_and_a_point_is_none(tmp_path):
     assert outline.max() == pytest.approx(2.0)
     point = flat.replace("2 0 0", "0 0 0").replace("0 2 0", "0 0 0")
     (tmp_path / "flat.stl").write_text(point + "endsolid a\n")
-    assert "tells no outline" in refusal(read_robot_model, cart(tmp_path, MESH.format("flat.stl")))
+    assert "no outline found" in refusal(read_robot_model, cart(tmp_path, MESH.format("flat.stl")))
 
 
 @pytest.mark.parametrize(

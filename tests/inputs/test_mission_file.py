@@ -57,7 +57,7 @@ RIDE = {"lift": "main", "to": "upper"}
         ({"lift": {"stops": {"ground": [0.0, 0.0, 0.0]}}}, "lifts[0].stops: dictionary should"),
         ({"lift": {"travel_s": -2.0}}, "lifts[0].travel_s: input should be greater than"),
         ({"lift": {"refused_probability": 1.2}}, "lifts[0].refused_probability: input should be"),
-        ({"mission": []}, "mission: expected a leg at least, found none"),
+        ({"mission": []}, "mission: expected at least one leg, found none"),
         ({"floors": []}, "mission: expected floors as well, found none"),
         ({"mission": [{"floor": "atic", "goal": [0.0, 0.0, 0.0]}]}, "mission[0].floor: unknown"),
         ({"mission": [GOAL]}, "mission[0].floor: expected ground, where the robot then is"),

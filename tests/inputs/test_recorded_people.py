@@ -156,7 +156,7 @@ def test_somebody_who_walks_through_an_obstacle_is_told_by_file_and_line(tmp_pat
 
 
 def test_a_recording_of_nobody_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"crowd.csv: nobody is there in the 120 s of a trial of"):
+    with pytest.raises(InputError, match=r"crowd.csv: no person appears in the 120 s of a"):
         checked(tmp_path, HEADER + "500,7,3,3\n501,7,3,4\n")
 
 

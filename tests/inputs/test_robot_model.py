@@ -126,7 +126,7 @@ def test_a_mesh_that_touches_must_be_there_where_nothing_else_tells_the_outline(
         f'<robot name="cart"><link name="base_link"><collision><geometry>{mesh}</geometry>'
         "</collision></link></robot>"
     )
-    reason = r"cart\.urdf: tells no outline: left out package://cart_parts/hull\.obj, no such file"
+    reason = r"cart\.urdf: no outline found: left out package://cart_parts/hull\.obj, no such file"
     with pytest.raises(InputError, match=reason) as caught:
         load_robot(str(path))
     assert "\n" not in str(caught.value)
@@ -287,8 +287,8 @@ def test_an_stl_mesh_makes_the_outline_with_its_scale(tmp_path, data, role):
 @pytest.mark.parametrize(
     ("name", "reason"),
     [
-        ("hull.stl", r"cart\.urdf: tells no outline: left out hull\.stl: "),
-        ("hull.dae", r"cart\.urdf: tells no outline: left out hull\.dae: "),
+        ("hull.stl", r"cart\.urdf: no outline found: left out hull\.stl: "),
+        ("hull.dae", r"cart\.urdf: no outline found: left out hull\.dae: "),
         ("hull.step", r"left out hull\.step: expected a mesh in \.stl, \.obj, \.dae"),
     ],
 )

@@ -73,7 +73,7 @@ def test_without_odometry_what_is_there_is_told(importing, bag, make):
 
 def test_a_goal_that_was_never_worked_on_makes_no_task(importing, bag, make):
     entries = [*drive(make), *states(make, (3.0, CANCELED))]
-    assert "no goal was worked on" in importing.fails(bag(entries))
+    assert "its goals have no state of being driven to" in importing.fails(bag(entries))
 
 
 @pytest.mark.parametrize(

@@ -69,8 +69,8 @@ def read_world(path: Path, folders: Sequence[Path] = ()) -> WorldSource:
     """
     if path.suffix == WEBOTS:
         raise InputError(
-            f"{path}: is a world of Webots; read are worlds of Gazebo (.world, .sdf), maps of "
-            "Nav2's map server and scenarios"
+            f"{path}: is a world of Webots; expected one of Gazebo (.world, .sdf), a map of "
+            "Nav2's map server, or a scenario"
         )
     content = read_input(path, max_bytes=MAX_FILE_BYTES)
     require_utf_8(path, content)

@@ -57,8 +57,8 @@ def navigator_tree(
             parent.replace_child(leaves[name], _own_node(name, board, settings))
         elif name not in (*settings.recovery_actions, *_leaves_of_others(settings, navigator)):
             raise InputError(
-                f"navigation.behavior_tree.{name}: found no place for it, expected a name in "
-                f"recovery_actions or that of a leaf{nearest_name_hint(name, leaves)}"
+                f"navigation.behavior_tree.{name}: nothing runs it; expected its name in "
+                f"recovery_actions, or the name of a leaf{nearest_name_hint(name, leaves)}"
             )
     return root
 

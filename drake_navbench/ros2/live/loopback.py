@@ -29,13 +29,13 @@ def bind_to_loopback(domain: int) -> None:
             one.setsockopt(socket.SOL_SOCKET, socket.SO_BINDTODEVICE, LOOPBACK_DEVICE)
         except (AttributeError, OSError) as error:
             raise InputError(
-                f"live: domain {domain}: its sockets cannot be shut to the network: {error}; "
+                f"live: domain {domain}: its sockets cannot be closed to the network: {error}; "
                 "expected Linux 5.7 or later, or peers"
             ) from error
         finally:
             one.close()
     if not found:
-        raise InputError(f"live: domain {domain}: it has no sockets that could be shut")
+        raise InputError(f"live: domain {domain}: found no sockets to close to the network")
 
 
 def domain_sockets(domain: int) -> Iterator[socket.socket]:

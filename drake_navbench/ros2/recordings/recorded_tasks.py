@@ -65,8 +65,8 @@ def tasks_by_status(path: Path, column: Column, time_s: Array, end_s: float) -> 
             tasks.append(RecordedTask(begin_s, start_s, end_s, Outcome.TIMED_OUT, reason))
     if not tasks:
         raise InputError(
-            f"{path}: no goal was worked on, as far as its states tell; cut by hand with --start "
-            "and --end"
+            f"{path}: its goals have no state of being driven to; cut a task by hand with "
+            "--start and --end"
         )
     return sorted(tasks)
 
