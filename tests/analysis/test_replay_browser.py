@@ -135,6 +135,7 @@ def test_legend_hides_a_controller_and_shows_it_again(race):
     assert race["shown_again"] == 0
 
 
+@pytest.mark.long
 def test_trial_with_all_diagnostics_opens_without_errors(tmp_path):
     page = tmp_path / "alone.html"
     write_trial_replay(with_diagnostics(replay_log("mppi")), page, model=MODEL)
@@ -330,7 +331,9 @@ def test_it_fits_the_window(tab, width, height, is_dark):
     tab.restore()
 
 
-@pytest.mark.parametrize(("height", "is_open"), [(544, False), (900, True)])
+@pytest.mark.parametrize(
+    ("height", "is_open"), [(544, False), pytest.param(900, True, marks=pytest.mark.long)]
+)
 def test_a_small_window_shows_the_robot_before_the_legend(tab, height, is_open):
     # An embedded replay of the doctor's page is 544 pixels high.
     page = tab.evaluate("location.pathname")

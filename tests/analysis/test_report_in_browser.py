@@ -257,6 +257,7 @@ def test_an_address_with_an_anchor_shows_that_section(browser, report):
     assert color_count(browser.screenshot("report-metrics")) > 20
 
 
+@pytest.mark.long
 def test_a_click_on_the_replay_link_opens_a_replay_that_is_drawn_and_moves(opened, report):
     opened.click("a.replay")
     replay = report.parent / "replays" / f"{SCENARIO}.html"

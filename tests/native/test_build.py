@@ -317,6 +317,7 @@ def test_a_name_that_no_column_could_have_is_one_line(copied, capsys):
     assert "name of a build: got 'a:b'" in _fails(copied, "--as", "a:b", capsys=capsys)
 
 
+@pytest.mark.long
 def test_the_stand_ins_serve_both_standards(copied, tiny, monkeypatch):
     monkeypatch.setattr("drake_navbench.native.compiler.SYSTEM_LIBRARIES", {})
     path = copied / "tiny_controller" / "package.xml"
