@@ -33,7 +33,7 @@ def file_of(release: str) -> str:
     return str(FILES / f"{release}.yaml")
 
 
-@pytest.mark.parametrize("release", ["humble", "lyrical"])
+@pytest.mark.parametrize("release", ["humble", pytest.param("lyrical", marks=pytest.mark.long)])
 def test_a_robot_drives_as_its_nav2_file_says(release):
     campaign = request_of("empty", "--nav2", file_of(release), "--trials", "1").campaign()
     (spec,) = campaign.specs

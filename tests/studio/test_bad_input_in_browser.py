@@ -6,7 +6,7 @@ import pytest
 from browser import CHROMIUM, NO_CHROMIUM, Browser
 from hand import Hand
 
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
+pytestmark = [pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM), pytest.mark.long]
 
 ROOM = """\
 description: {words}
@@ -32,7 +32,6 @@ def open_room(hand: Hand, studio, name: str, words: str = "") -> None:
     hand.wait_text("text", name)
 
 
-@pytest.mark.long
 def test_a_drawing_without_a_way_is_told_by_the_check_and_by_the_drive(hand, studio):
     open_room(hand, studio, "no_way")
     hand.wait_text("faults", "The start is free")
@@ -81,7 +80,6 @@ def test_markup_in_a_file_is_text_on_the_page(hand, studio):
     assert hand.browser.evaluate("window.bad === undefined")
 
 
-@pytest.mark.long
 def test_a_trial_whose_tab_was_closed_is_there_when_the_page_is_opened_again(hand, studio):
     open_room(hand, studio, "closed")
     hand.open("drive")
