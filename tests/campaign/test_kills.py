@@ -150,7 +150,6 @@ run_benchmark([{scenario!r}], ["rpp"], trials=8, jobs=2, out={out!r})
 """
 
 
-@pytest.mark.long
 def test_a_run_killed_while_it_drives_goes_on_from_what_it_had(task, tmp_path):
     folder = ResultsFolder(tmp_path / "out")
     script = SCRIPT.format(scenario=task[0], out=str(folder.path))
