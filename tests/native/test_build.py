@@ -240,7 +240,8 @@ def test_the_command_builds_and_says_what_there_is(tiny, copied, capsys):
 
 def test_builds_are_listed(tiny, capsys):
     assert main(["list"]) == 0
-    shown = capsys.readouterr().out
+    # The title breaks where no other build makes the table as wide.
+    shown = " ".join(capsys.readouterr().out.split())
     assert "builds of Nav2 (for rpp@NAME)" in shown
     assert "Nav2 jazzy 1.3.99" in shown
 
