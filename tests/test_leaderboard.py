@@ -89,6 +89,7 @@ def test_two_columns_become_ranks_and_cards_with_replays_of_all_failures(root, c
     assert all((page.parent / link).stat().st_size > 10_000 for link in links)
 
 
+@pytest.mark.long
 def test_folders_of_one_column_each_are_compared_and_keep_their_own_replays(root):
     for number, column in enumerate(COLUMNS):
         for seed in SEEDS:

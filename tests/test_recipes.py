@@ -133,6 +133,7 @@ print(sorted(set(state.costmap.costs.ravel().tolist())))
 """
 
 
+@pytest.mark.long
 def test_a_costmap_layer_is_three_files(copy):
     copy.add(
         "drake_navbench/kernels/planted.py",
@@ -179,6 +180,7 @@ print(preset.controller, preset.parameters.speed, preset.description)
 """
 
 
+@pytest.mark.long
 def test_a_controller_in_the_tree_is_one_folder_and_a_row(copy):
     copy.add("controllers/planted/__init__.py", CONTROLLER)
     copy.add(

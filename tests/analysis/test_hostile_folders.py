@@ -72,6 +72,7 @@ def killed_while(monkeypatch, tmp_path, times):
     monkeypatch.setattr(multiprocessing, "get_context", lambda kind=None: context)
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("blank_svgs")
 def test_a_worker_that_is_killed_while_it_draws_is_replaced(tmp_path, monkeypatch):
     path = measured_folder(tmp_path / "campaign")

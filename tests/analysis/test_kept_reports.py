@@ -195,6 +195,7 @@ def test_a_comparison_reads_no_log_and_writes_nothing(reported, work):
     assert not ResultsFolder(reported).kept_path.exists()
 
 
+@pytest.mark.long
 def test_what_is_not_needed_is_not_imported(reported):
     # A report on a published scenario asks for parameters of controllers.
     shutil.rmtree(reported / "trials" / "empty")

@@ -136,7 +136,7 @@ def test_a_touch_is_told_with_what_the_preset_says_and_takes_the_first_place():
 
 
 # Each example is a whole summary, 0.1 s.
-@settings(max_examples=6)
+@settings(max_examples=3)
 @given(st.integers(0, 2**32 - 1))
 def test_words_and_places_never_contradict_each_other(seed):
     generator = np.random.default_rng(seed)

@@ -49,6 +49,7 @@ def test_the_numbers_are_those_of_all_logs(folder, monkeypatch):
         assert table.successes == logs.successes
 
 
+@pytest.mark.long
 def test_only_logs_that_are_drawn_or_explain_something_are_opened(folder, opened):
     analysis = analyse_folder(folder.path, figures=FigureChoice.KEY, jobs=1)
     drawn = {

@@ -87,8 +87,11 @@ def check_report(path: Path, states: list[str], contents: dict, figures: FigureC
     [
         states_with("succeeded", 0),
         [*EACH, *["succeeded"] * 4, *["absent"] * 2],
-        ["error"] * len(TRIALS),
-        [*["torn"] * (len(TRIALS) // 2), *["succeeded"] * (len(TRIALS) // 2)],
+        pytest.param(["error"] * len(TRIALS), marks=pytest.mark.long),
+        pytest.param(
+            [*["torn"] * (len(TRIALS) // 2), *["succeeded"] * (len(TRIALS) // 2)],
+            marks=pytest.mark.long,
+        ),
     ],
     ids=["a single trial", "one of each, and a few", "errors", "half of them torn"],
 )
@@ -100,7 +103,7 @@ def test_every_partial_folder_gives_a_report(tmp_path, contents, states):
     "states",
     [
         states_with("collided at once", 0),
-        [*["absent"] * len(EACH), *EACH],
+        pytest.param([*["absent"] * len(EACH), *EACH], marks=pytest.mark.long),
     ],
     ids=["a single sample", "one of each"],
 )

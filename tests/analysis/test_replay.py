@@ -145,6 +145,7 @@ def test_race_names_no_file_of_this_machine(race_page):
     assert not any(str(MODEL.parent).encode() in command for command in commands(race_page))
 
 
+@pytest.mark.long
 def test_another_process_with_other_hashes_gives_the_same_page(tmp_path):
     code = (
         "import sys; from pathlib import Path\n"
@@ -164,11 +165,13 @@ def test_another_process_with_other_hashes_gives_the_same_page(tmp_path):
     )
 
 
+@pytest.mark.long
 def test_five_controllers_until_the_timeout_take_at_most_the_size_of_a_page(tmp_path):
     logs = [replay_log(name, end_time_s=120.0, speed_mps=0.1) for name in RACERS]
     assert len(race(tmp_path, logs)) <= MAX_PAGE_BYTES
 
 
+@pytest.mark.long
 def test_a_long_trial_with_all_diagnostics_takes_at_most_the_size_of_a_page(tmp_path):
     log = with_diagnostics(replay_log("mppi", end_time_s=120.0))
     assert len(alone(tmp_path, log)) <= MAX_PAGE_BYTES

@@ -9,8 +9,10 @@ import subprocess
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import pytest
 from browser import CHROMIUM, HEADLESS_FLAGS, NO_CHROMIUM, Browser
+from PIL import Image
 from replay_logs import replay_log, with_diagnostics
 
 from drake_navbench.analysis.replay import write_race_replay, write_trial_replay
@@ -108,29 +110,14 @@ def race(tmp_path_factory):
     return opened(page, folder)
 
 
-def test_race_opens_without_errors(race):
-    assert race["errors"] == []
-
-
-def test_race_asks_for_nothing_that_it_does_not_carry(race):
-    assert race["refused"] == []
-
-
-def test_race_is_drawn(race):
+@pytest.mark.long
+def test_a_race_that_may_load_nothing_is_drawn_plays_by_itself_and_hides_a_controller(race):
+    assert (race["errors"], race["refused"]) == ([], [])
     # Floor, grid, sky, box, chairs and paths; a blank canvas has one colour.
     assert race["color_count"] > 100
-
-
-def test_race_plays_by_itself(race):
     assert race["time_late"] > race["time_early"] > 0.0
     assert race["label"] == "Pause"
-
-
-def test_race_shows_another_picture_at_another_time(race):
     assert race["moved"] > 100
-
-
-def test_legend_hides_a_controller_and_shows_it_again(race):
     assert race["hidden"] > 50
     assert race["shown_again"] == 0
 
@@ -186,6 +173,20 @@ def press_space(tab, focused):
           say("keyup");
         }})()"""
     )
+
+
+def test_what_is_open_is_drawn_and_asks_for_nothing_that_it_does_not_carry(tab):
+    pixels = np.asarray(Image.open(tab.screenshot("replay")).convert("RGB"))
+    # Floor, grid, sky, box, chairs and paths; a blank canvas has one colour.
+    assert len(np.unique(pixels.reshape(-1, 3), axis=0)) > 100
+    assert tab.requests
+    assert [url for url in tab.requests if not url.startswith(("file:", "data:", "blob:"))] == []
+
+
+def test_the_legend_hides_a_controller_and_shows_it_again(tab):
+    for is_shown in (False, True):
+        tab.evaluate("document.querySelector('#navbench-legend input').click()")
+        assert visible(tab, "/controllers/dwb") is is_shown
 
 
 @pytest.mark.parametrize("focused", ["body", ".play", ".speed", "#navbench-legend input", "input"])
@@ -330,7 +331,9 @@ def test_it_fits_the_window(tab, width, height, is_dark):
     tab.restore()
 
 
-@pytest.mark.parametrize(("height", "is_open"), [(544, False), (900, True)])
+@pytest.mark.parametrize(
+    ("height", "is_open"), [(544, False), pytest.param(900, True, marks=pytest.mark.long)]
+)
 def test_a_small_window_shows_the_robot_before_the_legend(tab, height, is_open):
     # An embedded replay of the doctor's page is 544 pixels high.
     page = tab.evaluate("location.pathname")

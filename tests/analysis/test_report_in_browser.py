@@ -157,6 +157,7 @@ def test_figures_become_charts_that_can_be_touched_without_anything_moving(opene
     assert opened.errors == []
 
 
+@pytest.mark.long
 def test_it_prints_on_a_few_pages(untouched):
     assert len(re.findall(rb"/Type\s*/Page\b", untouched.printed("report"))) <= 8
 
@@ -257,6 +258,7 @@ def test_an_address_with_an_anchor_shows_that_section(browser, report):
     assert color_count(browser.screenshot("report-metrics")) > 20
 
 
+@pytest.mark.long
 def test_a_click_on_the_replay_link_opens_a_replay_that_is_drawn_and_moves(opened, report):
     opened.click("a.replay")
     replay = report.parent / "replays" / f"{SCENARIO}.html"
@@ -349,6 +351,7 @@ def test_axes_fit_the_controllers_that_are_shown(untouched):
     untouched.wait_for(f"Math.abs({LENGTH}.y_range.end - {both[1]}) < 1e-6")
 
 
+@pytest.mark.long
 def test_what_is_seen_of_a_zoomed_chart_stands_in_the_address(opened):
     low, high = ends(opened, LENGTH)
     x, y = opened.evaluate(f"{PLACE}({LENGTH}, 0.5, {0.5 * (low + high)})")

@@ -160,6 +160,7 @@ def test_the_page_shows_curves_slopes_and_maps(tmp_path):
     assert (tmp_path / "tables" / "sweep.csv").is_file()
 
 
+@pytest.mark.long
 def test_the_page_has_typeset_units_and_no_interval_of_one_seed(tmp_path):
     many = write_sweep(tmp_path, trials(), SWEEP).read_text()
     assert "m/s^3" not in many

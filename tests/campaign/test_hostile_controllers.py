@@ -8,7 +8,7 @@ from pathlib import Path
 import hostile_controllers as hostile
 import pandas as pd
 import pytest
-from hostile_controllers import ABORTED, ALL, EXPECTED, LEFT_OUT, NOTICED, SPOILING
+from hostile_controllers import ABORTED, ALL, EXPECTED, HANGING, LEFT_OUT, NOTICED, SPOILING
 
 from drake_navbench import run_trial
 from drake_navbench.campaign.campaign import plan_campaign
@@ -46,7 +46,7 @@ def installed(tmp_path_factory, patch) -> Iterator[Path]:
     metadata = path / "hostile-1.0.dist-info"
     metadata.mkdir()
     (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: hostile\nVersion: 1.0\n")
-    plugins = (*ALL, *NOTICED, *ABORTED)
+    plugins = (*ALL, *HANGING, *NOTICED, *ABORTED)
     points = [f"{plugin.__name__} = hostile_controllers:{plugin.__name__}" for plugin in plugins]
     (metadata / "entry_points.txt").write_text(
         "\n".join(["[drake_navbench.controllers]", *OTHERS, *points])
@@ -55,8 +55,6 @@ def installed(tmp_path_factory, patch) -> Iterator[Path]:
     patch.syspath_prepend(path)
     patch.setenv("PYTHONPATH", f"{path}{os.pathsep}{Path(hostile.__file__).parent}")
     forget_installed()
-    patch.setattr(task_cost, "MIN_WALL_CLOCK_S", 15.0)
-    patch.setattr(task_cost, "WALL_CLOCK_PER_SIMULATED_SECOND", 1.0)
     # A server of the workers that runs already knows nothing of them, one that runs on too much.
     _forkserver._stop()
     yield path
@@ -102,6 +100,16 @@ def test_what_it_does_is_an_error_of_its_own_trial(plugin, driven):
     assert driven[1].log_path("short", plugin.__name__, 0).stat().st_size < 120_000
 
 
+def test_who_never_answers_is_ended_after_the_time_limit(installed, tmp_path, monkeypatch):
+    # No honest trial is among them, so they need not wait as long as one may take.
+    monkeypatch.setattr(task_cost, "MIN_WALL_CLOCK_S", 2.0)
+    monkeypatch.setattr(task_cost, "WALL_CLOCK_PER_SIMULATED_SECOND", 0.5)
+    columns = [column(plugin.__name__) for plugin in HANGING]
+    trials = drive(installed, columns, ResultsFolder(tmp_path / "out"), trials=1).trials
+    assert list(trials["outcome"]) == [Outcome.ERROR] * len(HANGING)
+    assert set(trials["reason"]) == {"no result after 2 s of wall clock; ended"}
+
+
 @pytest.mark.parametrize("plugin", NOTICED)
 def test_what_a_trial_notices_is_an_error_in_whatever_process_it_is_driven(plugin, installed):
     log = driven_here(plugin, installed)
@@ -137,9 +145,7 @@ def test_memory_that_the_machine_does_not_have_is_left_to_be_driven_again(driven
     assert not driven[1].log_path("short", "RunsOutOfMemory", 0).exists()
 
 
-def test_the_others_drive_as_if_they_were_alone(driven, installed, tmp_path, monkeypatch):
-    # 15 s are for those who never end; on a busy machine an honest trial may need more.
-    monkeypatch.setattr(task_cost, "MIN_WALL_CLOCK_S", 120.0)
+def test_the_others_drive_as_if_they_were_alone(driven, installed, tmp_path):
     alone = ResultsFolder(tmp_path / "alone")
     drive(installed, [column("Honest"), load_preset("rpp")], alone, trials=1)
     for name in ("Honest", "rpp"):

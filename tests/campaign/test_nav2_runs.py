@@ -33,7 +33,7 @@ def file_of(release: str) -> str:
     return str(FILES / f"{release}.yaml")
 
 
-@pytest.mark.parametrize("release", ["humble", "lyrical"])
+@pytest.mark.parametrize("release", ["humble", pytest.param("lyrical", marks=pytest.mark.long)])
 def test_a_robot_drives_as_its_nav2_file_says(release):
     campaign = request_of("empty", "--nav2", file_of(release), "--trials", "1").campaign()
     (spec,) = campaign.specs
@@ -68,6 +68,7 @@ def test_what_a_scenario_replaces_of_the_file_is_told():
     assert {row.status for row in rows} == {Status.OTHER_FORM}
 
 
+@pytest.mark.long
 def test_check_prints_the_same_table_in_every_process_and_writes_nothing(tmp_path):
     command = [sys.executable, "-m", "drake_navbench.run", "--check", "--nav2", file_of("jazzy")]
     # Another order of sets than in this process.

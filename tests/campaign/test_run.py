@@ -55,6 +55,7 @@ def test_what_a_nav2_file_repeats_is_one_line_unless_the_run_is_quiet(tmp_path, 
     assert capsys.readouterr().err.splitlines() == [refused]
 
 
+@pytest.mark.long
 def test_the_report_has_the_figures_that_were_asked_for(finished, tmp_path, monkeypatch, capsys):
     assert (finished / "report.html").is_file()
     assert not (finished / "figures").exists()

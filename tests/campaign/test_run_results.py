@@ -88,6 +88,7 @@ def test_names_and_paths_may_be_plain_strings(tmp_path):
     assert log.info["controller"] == "rpp"
 
 
+@pytest.mark.long
 def test_report_and_replays_are_made_from_it(results):
     assert results.report().name == "report.html"
     assert results.replay("restricted_small").path.is_file()
@@ -109,6 +110,7 @@ def test_no_workers_are_one_line_before_anything_is_written(jobs, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.long
 def test_whole_nav2_files_and_a_map_are_asked_for_in_python(tmp_path):
     with pytest.raises(InputError, match="drive alike"):
         run_benchmark(nav2=IRON, against=IRON, map=WARD, goals=1, trials=1)

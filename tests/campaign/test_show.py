@@ -209,6 +209,7 @@ def test_wrong_arguments_are_one_line(asked, told, capsys):
     assert told in line
 
 
+@pytest.mark.long
 def test_pictures_load_what_they_draw_with_and_nothing_that_drives(tmp_path):
     """Two thirds of the time of `show` was spent on loading what it never used."""
     program = """

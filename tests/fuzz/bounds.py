@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, settings
 from drake_navbench.errors import InputError
 
 # A few seconds' worth in every run.
-FEW_CASES = 40
+FEW_CASES = 20
 CASES = int(os.environ.get("FUZZ_CASES", FEW_CASES))
 MAX_TIME_S = 5.0
 MAX_MEMORY_BYTES = 1e9

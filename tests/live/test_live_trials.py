@@ -119,6 +119,7 @@ def test_a_listener_that_asks_for_more_is_named_in_the_log(domain):
     assert log.info["reason"].endswith("offers volatile: nothing arrives")
 
 
+@pytest.mark.long
 def test_a_stack_that_is_started_anew_in_a_trial_gets_the_goal_again(domain):
     with ThreadPoolExecutor() as pool, stand_in(CYCLONE, domain, "--quits-after", "40") as first:
         preset = live(domain, command_timeout_s=0.2)

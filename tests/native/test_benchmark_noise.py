@@ -50,6 +50,7 @@ def _drawn(*words: int, holonomic: bool = False) -> list[np.ndarray]:
     return [unpack(axis, SAMPLES) for axis in noise]
 
 
+@pytest.mark.long
 def test_by_default_a_build_samples_with_noise_of_its_own(commanded):
     assert commanded(NoiseSource.OWN).tolist() == [0.5, 0.5, 0.5]
 

@@ -240,7 +240,8 @@ def test_the_command_builds_and_says_what_there_is(tiny, copied, capsys):
 
 def test_builds_are_listed(tiny, capsys):
     assert main(["list"]) == 0
-    shown = capsys.readouterr().out
+    # The title breaks where no other build makes the table as wide.
+    shown = " ".join(capsys.readouterr().out.split())
     assert "builds of Nav2 (for rpp@NAME)" in shown
     assert "Nav2 jazzy 1.3.99" in shown
 
@@ -317,6 +318,7 @@ def test_a_name_that_no_column_could_have_is_one_line(copied, capsys):
     assert "name of a build: got 'a:b'" in _fails(copied, "--as", "a:b", capsys=capsys)
 
 
+@pytest.mark.long
 def test_the_stand_ins_serve_both_standards(copied, tiny, monkeypatch):
     monkeypatch.setattr("drake_navbench.native.compiler.SYSTEM_LIBRARIES", {})
     path = copied / "tiny_controller" / "package.xml"

@@ -16,6 +16,7 @@ from drake_navbench.studies.side_by_side.gate_builds import build_of, left_out_c
 SAMPLING = ["sampling::Controller"]
 
 
+@pytest.mark.long
 def test_a_change_is_driven_and_told(tiny, copied, tmp_path, capsys):
     source = copied / "tiny_controller" / "src" / "tiny_controller.cpp"
     source.write_text(source.read_text().replace('declare("speed", 0.3)', 'declare("speed", 0.4)'))

@@ -156,6 +156,7 @@ def test_the_tangent_of_three_points_is_that_of_their_circle():
     assert along / np.hypot(*along) == pytest.approx([-math.sin(0.3), math.cos(0.3)])
 
 
+@pytest.mark.long
 def test_the_optimum_is_that_of_a_least_squares_solver():
     path = corner()
     knots, selection, problem = problem_of(path, bumpy_map())

@@ -346,6 +346,7 @@ def test_a_scanner_upside_down_sees_the_wall_on_the_same_side(make, robot_file, 
     assert np.abs(log.scans[0].hits[:, 0]).max() < 1e-5
 
 
+@pytest.mark.long
 def test_import_report_compare_and_replay_serve_recording_and_simulation_side_by_side(
     bag, robot_file, tmp_path, capsys
 ):

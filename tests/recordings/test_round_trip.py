@@ -51,7 +51,7 @@ NEAR = load_scenario("static_obstacles").model_copy(
 
 @pytest.mark.parametrize(
     ("scenario", "controller"),
-    [(NEAR, "rpp"), ("restricted_small", "dwb")],
+    [(NEAR, "rpp"), pytest.param("restricted_small", "dwb", marks=pytest.mark.long)],
     ids=["to a goal", "before a wall"],
 )
 def test_metrics_of_a_trial_come_back_from_its_bag(scenario, controller, tmp_path):

@@ -6,7 +6,7 @@ import pytest
 from browser import CHROMIUM, NO_CHROMIUM, Browser
 from hand import Hand
 
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
+pytestmark = [pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM), pytest.mark.long]
 
 ROOM = """\
 description: {words}

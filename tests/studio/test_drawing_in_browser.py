@@ -34,6 +34,7 @@ def hand(studio, tmp_path):
         assert not browser.errors
 
 
+@pytest.mark.long
 def test_each_click_and_each_drag_is_heard_once(hand, studio):
     """No step waits for the one before: quick clicks are no double click unless on one place."""
     for tool, begin, end in (

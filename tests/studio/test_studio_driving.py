@@ -58,6 +58,7 @@ def test_a_trial_can_be_looked_at_moment_by_moment(tmp_path):
     assert moment.decision is None
 
 
+@pytest.mark.long
 def test_every_decision_of_a_trial_is_told_with_the_costs_of_its_critics(tmp_path):
     driven = drive_column(DRAWN, Column("dwb"), "wheelchair", str(tmp_path / "a.parquet"))
     found = reasons_of(driven.log, driven.drive)

@@ -100,6 +100,7 @@ def test_the_same_seed_gives_the_same_trial_and_another_one_another():
     assert not first.samples[poses].equals(other.samples[poses])
 
 
+@pytest.mark.long
 def test_who_is_carried_away_is_found_again_only_with_random_poses():
     kidnapped = load_scenario("kidnapped")
     log = run_trial(kidnapped, "rpp", 0)

@@ -11,7 +11,10 @@ from drake_navbench.logs.outcome import Outcome
 
 @pytest.mark.parametrize(
     ("preset", "why"),
-    [("dwb_bringup", "BaseObstacle"), ("mppi_bringup", "consider_footprint")],
+    [
+        ("dwb_bringup", "BaseObstacle"),
+        pytest.param("mppi_bringup", "consider_footprint", marks=pytest.mark.long),
+    ],
 )
 def test_a_bringup_preset_touches_the_wall_and_says_so(preset, why):
     assert run_trial("restricted_small", preset).outcome is Outcome.COLLIDED

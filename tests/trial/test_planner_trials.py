@@ -49,7 +49,10 @@ def test_each_planner_leads_the_robot_past_an_obstacle(plugin):
     assert log.course[-1, 2] == 0.0
 
 
-@every_planner
+@pytest.mark.parametrize(
+    "plugin",
+    [SEARCHING[0], *(pytest.param(name, marks=pytest.mark.long) for name in SEARCHING[1:])],
+)
 def test_each_planner_serves_a_behaviour_tree(plugin):
     task = load_scenario("dead_end")
     navigation = {**task.robot_overrides["navigation"], "planner": {"plugin": plugin}}

@@ -44,7 +44,10 @@ def test_every_nav2_file_belongs_to_a_robot_and_is_taken_whole(robot):
     assert columns.setup.robot.mass_kg == campaign_of(robot).specs[0].robot.mass_kg
 
 
-@pytest.mark.parametrize("robot", sorted(SPEEDS))
+@pytest.mark.parametrize(
+    "robot",
+    [robot if robot == "agv" else pytest.param(robot, marks=pytest.mark.long) for robot in SPEEDS],
+)
 def test_a_robot_drives_at_the_speed_of_its_nav2_file(robot):
     # Of several columns the last one.
     spec = campaign_of(robot).specs[-1]

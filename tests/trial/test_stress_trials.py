@@ -46,6 +46,7 @@ def error_m(log):
     return np.hypot(samples.estimated_x_m - samples.x_m, samples.estimated_y_m - samples.y_m)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("mode", ["follow_path", "navigate_to_pose"])
 def test_a_frame_of_its_own_that_does_not_drift_changes_nothing(mode):
     scene = {"navigation_mode": mode}

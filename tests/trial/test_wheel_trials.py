@@ -56,6 +56,7 @@ def test_two_jobs_write_what_one_writes(course, tmp_path):
         assert logs[robot, 1] == logs[robot, 2]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("robot", BOTH)
 def test_stiff_casters_make_the_chair_restless(robot):
     """What is steady on ideal wheels sways once casters hold back and have to be swung round."""

@@ -60,6 +60,7 @@ def test_the_reasons_of_a_logged_command(path, rpp_log, capsys):
     assert max(map(len, lines)) <= WIDTH
 
 
+@pytest.mark.long
 def test_every_decision_is_in_the_replay_that_is_asked_for_it(path, rpp_log, capsys):
     assert main(["replay", str(path), "--why"]) == 0
     page = path.with_suffix(".html").read_text(encoding="utf-8")

@@ -181,9 +181,8 @@ def test_with_a_bound_of_zero_drives_do_end_in_contacts():
     assert drive(TELLING_WORLDS[-1], **no_bound).end == "contact"
 
 
-@pytest.mark.parametrize(
-    ("slowness", "strength"), [pytest.param(0.7, 1.3, marks=pytest.mark.long), (1.3, 0.7)]
-)
+@pytest.mark.long
+@pytest.mark.parametrize(("slowness", "strength"), [(0.7, 1.3), (1.3, 0.7)])
 def test_a_base_that_is_wrong_by_30_percent_ends_in_no_contact_under_default_bounds(
     slowness, strength
 ):

@@ -213,7 +213,9 @@ def met(bearing, aside_m=0.0, walking_mps=1.0, speed=0.5, stops=True):
     return speeds, gap
 
 
-@pytest.mark.parametrize("bearing_deg", [0, 60, 90, 150])
+@pytest.mark.parametrize(
+    "bearing_deg", [0, 150, *(pytest.param(deg, marks=pytest.mark.long) for deg in (60, 90))]
+)
 def test_who_walks_into_it_meets_it_at_rest_and_it_drives_until_the_last_moment(bearing_deg):
     speeds, gap = met(math.radians(bearing_deg))
     assert gap <= 0.0

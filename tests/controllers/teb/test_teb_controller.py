@@ -53,7 +53,7 @@ def test_free_run_reaches_the_goal_at_the_speed_and_acceleration_limits():
     ("plan", "boxes"),
     [
         ([("s", 1.0), ("a", 90.0, 0.6), ("s", 1.0)], []),
-        ([("s", 3.4)], [(2.0, -0.2, 2.4, 0.6)]),
+        pytest.param([("s", 3.4)], [(2.0, -0.2, 2.4, 0.6)], marks=pytest.mark.long),
     ],
 )
 def test_accelerations_hold_from_command_to_command(plan, boxes):

@@ -92,6 +92,7 @@ def corridor_task(width_m, middle_y):
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("width_m", "middle_y"),
     # 0.18 m of room to either side, and 0.27 m where the goal lies beside the middle.

@@ -67,7 +67,7 @@ def visited(patient, drivers):
     return of
 
 
-@pytest.mark.parametrize("budget_s", [1.0, 45.0, 700.0])
+@pytest.mark.parametrize("budget_s", [1.0, pytest.param(45.0, marks=pytest.mark.long), 700.0])
 def test_no_trial_begins_after_the_budget(visited, budget_s):
     clock, found, _ = visited(budget_s)
     assert clock.time_s < budget_s + TRIAL_S

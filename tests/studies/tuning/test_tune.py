@@ -144,6 +144,7 @@ def test_points_of_an_earlier_front_are_not_left(planted_trials, tmp_path):
     assert not stale.exists()
 
 
+@pytest.mark.long
 def test_other_held_out_scenarios_are_driven_anew(planted_trials, tmp_path):
     out = tmp_path / "tuning"
     assert command.main([*ARGUMENTS, "--out", str(out)]) == 0

@@ -20,6 +20,7 @@ CLOSED = (
 WORLDS = range(1000, 2000)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("preset", TUNED)
 def test_a_tuned_preset_stops_in_front_of_a_wall_that_closes_its_way(preset):
     assert run_trial("restricted_small", preset).outcome == "aborted"
