@@ -90,8 +90,8 @@ def difference(name: str, before: str, after: str, *, around: int = 3) -> str:
 
     name: the file's. around: number of lines before and behind each change.
     """
-    texts = (text.splitlines(keepends=True) for text in (before, after))
-    lines = difflib.unified_diff(*texts, name, name, n=around)
+    old, new = before.splitlines(keepends=True), after.splitlines(keepends=True)
+    lines = difflib.unified_diff(old, new, name, name, n=around)
     return "".join(line if line.endswith("\n") else line + UNENDED for line in lines)
 
 
