@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -116,8 +117,12 @@ _KEPT: dict[tuple[Any, ...], tuple[dict[Path, int], DescribedRobot]] = {}
 
 
 def _changes(files: Iterable[Path]) -> dict[Path, int]:
-    """Returns when each file was changed last, ns; 0 for one that is not there."""
-    return {file: file.stat().st_mtime_ns if file.exists() else 0 for file in files}
+    """Returns when each file was changed last, ns; none for a file that is not there."""
+    changes = {}
+    for file in files:
+        with suppress(OSError, ValueError):
+            changes[file] = file.stat().st_mtime_ns
+    return changes
 
 
 def _described(source: Source, shown: str, known: KnownBase) -> DescribedRobot:
