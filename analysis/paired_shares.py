@@ -17,13 +17,11 @@ HALVINGS = 20
 
 
 @lru_cache(maxsize=4096)
-def paired_share_interval(
-    wins: int, losses: int, pairs: int, *, confidence: float = CONFIDENCE
-) -> Interval:
+def paired_share_interval(wins: int, losses: int, pairs: int) -> Interval:
     """Returns the interval of the difference of two shares, second minus first, from -1 to 1.
 
     wins, losses: the numbers of pairs in which only the second, or only the first, side arrived.
-    The interval excludes zero if and only if the exact sign test gives p < 1 - confidence; if all
+    The interval excludes zero if and only if the exact sign test gives p < 5%; if all
     pairs agree, it is Clopper and Pearson's interval of 0 of n. Source: Fay and Lumbard 2021, which
     melds Clopper and Pearson's limits of the share of pairs that differ with those of the share of
     wins among these.
@@ -32,7 +30,7 @@ def paired_share_interval(
         raise ValueError(f"expected at most {pairs} pairs that differ, got {wins} + {losses}")
     if pairs == 0:
         return UNDEFINED_INTERVAL
-    tail = 0.5 * (1.0 - confidence)
+    tail = 0.5 * (1.0 - CONFIDENCE)
     low = _lower_end(wins, losses, pairs, tail)
     # The upper end is that of the swapped sides, with the opposite sign; adding 0 turns -0 into 0.
     return Interval(low, 0.0 - _lower_end(losses, wins, pairs, tail))

@@ -120,27 +120,15 @@ def build_report(
 
         write_sweep(folder, trials, sweep)
     path = folder / REPORT_NAME
-    page = _page(analysis, difference) | {"publication": publication}
-    write_text(path, _rendered(analysis, page))
+    page = page_of(analysis, difference, publication)
+    write_text(path, render(analysis, page))
     if results.replays_path.is_dir():
         write_text(folder / REPLAYS_SCRIPT, REPLAYS_SCRIPT_TEXT)
     return ReportResult(path, len(trials), analysis.left_out, tuple(page["summary"].sentences))
 
 
-def render(
-    analysis: FolderAnalysis,
-    *,
-    difference: float = DEFAULT_DIFFERENCE,
-    publication: str = "",
-) -> str:
-    """Returns the page's HTML, with everything that it shows.
-
-    publication: a sentence on what the trials say about the publication.
-    """
-    return _rendered(analysis, _page(analysis, difference) | {"publication": publication})
-
-
-def _rendered(analysis: FolderAnalysis, page: Mapping[str, Any]) -> str:
+def render(analysis: FolderAnalysis, page: Mapping[str, Any]) -> str:
+    """Returns the page's HTML, with everything that it shows; page: as from `page_of`."""
     environment = page_environment(_columns(analysis))
     environment.globals.update(
         figures_folder=FIGURES_FOLDER,
@@ -188,7 +176,13 @@ def _suite_means(trials: pd.DataFrame) -> list[tuple[str, str, str, str, float]]
     ]
 
 
-def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
+def page_of(
+    analysis: FolderAnalysis, difference: float = DEFAULT_DIFFERENCE, publication: str = ""
+) -> dict[str, Any]:
+    """Returns the contents of the page.
+
+    publication: a sentence on what the trials say about the publication.
+    """
     driven = [s for s in analysis.scenarios if s.trials]
     scenarios = [s for s in driven if not s.is_in_totals]
     trials = analysis.trials
@@ -208,6 +202,7 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
             sentence([change for change in changes if change.scenario == name])
             for name in dict.fromkeys(change.scenario for change in changes)
         ],
+        "publication": publication,
         "compute_note": compute_note(analysis.manifest),
         "glossary": list(installed_metrics().items()),
         "charts": list(analysis.charts),

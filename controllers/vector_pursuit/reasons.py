@@ -26,6 +26,7 @@ from drake_navbench.explanation import (
     length_text,
     speed_rows,
 )
+from drake_navbench.kernels.angles import wrap
 
 
 class CycleFacts(NamedTuple):
@@ -80,6 +81,8 @@ def _turning(cycle: Cycle, parameters: VectorPursuitParameters) -> SpeedRule | N
         return SpeedRule("rotate to goal", 0.0, told, told)
     if command.branch == ROTATE_TO_PATH:
         angle = math.atan2(command.target_y, command.target_x)
+        if parameters.allow_reversing and command.target_x < 0.0:
+            angle = float(wrap(angle + math.pi))
         told = (
             f"the pose ahead is {angle:.3g} rad aside, more than "
             f"{parameters.rotate_to_heading_min_angle:.3g} rad"

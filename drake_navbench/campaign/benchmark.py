@@ -83,16 +83,12 @@ def run_benchmark(
             "run_benchmark: nav2, against and map: expected controllers and scenarios by name"
         )
     request = validate(Request, given | of_files, "run_benchmark")
-    if any(of_files.values()):
+    if is_told_by_names:
         campaign = request.campaign()
     else:
+        points = swept_points(sweeps, samples=samples, seed=seed)
         campaign = plan_campaign(
-            scenarios,
-            controllers,
-            trials=trials,
-            seed=seed,
-            robot=robot,
-            points=swept_points(sweeps, samples=samples, seed=seed),
+            scenarios, controllers, trials=trials, seed=seed, robot=robot, points=points
         )
     jobs = worker_count(campaign, jobs)
     temporary = tempfile.TemporaryDirectory() if out is None else None

@@ -24,6 +24,7 @@ from drake_navbench.typed_files.typed_yaml import parse_yaml, validate
 # The most points of a sweep; every controller drives each point in every scenario.
 MAX_POINTS = 10_000
 RANGE = re.compile(r"([^:,]+):([^:,]+)(?::([^:,]+)(:log)?)?")
+WHOLE = re.compile(r"[-+]?\d+")
 # Enough digits to tell values apart; more would make names too long to read.
 SHOWN_DIGITS = 6
 
@@ -86,8 +87,11 @@ def parse_axis(text: str, option: str = "--sweep") -> Axis:
     if found.group(4) and low <= 0.0:
         raise InputError(f"{source}: a logarithmic range begins above 0, got {low:g}")
     spread = np.geomspace if found.group(4) else np.linspace
-    values_on_grid = tuple(_rounded(value) for value in spread(low, high, int(count)))
-    return Axis(text, field, values_on_grid, (low, high))
+    on_grid = [_rounded(value) for value in spread(low, high, int(count))]
+    if all(WHOLE.fullmatch(end) for end in found.group(1, 2)):
+        # A parameter that counts takes no 5.0.
+        on_grid = [int(value) if value.is_integer() else value for value in on_grid]
+    return Axis(text, field, tuple(on_grid), (low, high))
 
 
 def _number(text: str, source: str) -> float:

@@ -25,7 +25,7 @@ MAX_HINTS = 3
 MAX_DEPTH = 6
 
 
-def owner_of(field: str, columns: Mapping[str, Preset], option: str = "--sweep") -> str:
+def owner_of(field: str, columns: Mapping[str, Preset]) -> str:
     """Returns the column that a field belongs to, or ROBOT or SCENARIO.
 
     Raises InputError, with the fields that may be meant, where nothing has such a field.
@@ -39,7 +39,7 @@ def owner_of(field: str, columns: Mapping[str, Preset], option: str = "--sweep")
         if first in MODELS[owner].model_fields.keys() - WITHOUT_EFFECT:
             return owner
     raise InputError(
-        f"{option} {field}: expected COLUMN.PARAMETER, or a field of the robot or the scenario, "
+        f"--sweep {field}: expected COLUMN.PARAMETER, or a field of the robot or the scenario, "
         f"got {first!r}{_hint(rest if is_told else field, columns)}"
     )
 

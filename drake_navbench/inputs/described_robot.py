@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +43,7 @@ from drake_navbench.inputs.descriptions.gazebo_sensors import (
 from drake_navbench.inputs.descriptions.model import Shape
 from drake_navbench.inputs.descriptions.model_source import Source, read_source
 from drake_navbench.inputs.descriptions.resting_joints import Resting
+from drake_navbench.inputs.descriptions.ros_packages import forget_folders
 from drake_navbench.inputs.descriptions.wheel_layout import roll_along_y
 from drake_navbench.inputs.known_base import NOTHING_KNOWN, KnownBase, around_origin
 from drake_navbench.kernels.arrays import Array
@@ -63,6 +64,7 @@ AXLE_TOLERANCE_M = 0.005
 FAR_CENTRE_M = 0.05
 DEFAULTS = "the default"
 LIDAR_WORDS = re.compile("(?i)lidar|laser|scan")
+MOST_KEPT = 8
 
 
 @dataclass(frozen=True)
@@ -92,27 +94,39 @@ def describe_robot(
     """Reads a robot's URDF, SDF or xacro file; raises InputError.
 
     arguments: for xacro. folders: searched for packages, besides the repository around the file.
-    known: the base's link, if the model has it, and the outline of a model without shapes.
+    known: the base's link, if the model has it, and the outline of a model without shapes. While no
+    file that was read has changed, the result for the same arguments is the same object.
     """
-    try:
-        changed_ns = path.stat().st_mtime_ns
-    except (OSError, ValueError):
-        changed_ns = 0
     given = tuple(sorted((arguments or {}).items()))
-    return _described(path.absolute(), str(path), given, tuple(folders), known, changed_ns)
+    asked = (path.absolute(), str(path), given, tuple(folders), known)
+    kept = _KEPT.get(asked)
+    if kept is not None and kept[0] == _changes(kept[0]):
+        return kept[1]
+    forget_folders()
+    source = read_source(path.absolute(), arguments, folders)
+    found = _described(source, str(path), known)
+    _KEPT.pop(asked, None)
+    if len(_KEPT) == MOST_KEPT:
+        del _KEPT[next(iter(_KEPT))]
+    _KEPT[asked] = _changes(source.files), found
+    return found
 
 
-@lru_cache(maxsize=8)
-def _described(
-    path: Path,
-    shown: str,
-    arguments: tuple[tuple[str, str], ...],
-    folders: tuple[Path, ...],
-    known: KnownBase,
-    changed_ns: int,
-) -> DescribedRobot:
-    source = read_source(path, dict(arguments), folders)
-    model = source.model
+# The robots described last, by what was asked, each with the files that were read.
+_KEPT: dict[tuple[Any, ...], tuple[dict[Path, int], DescribedRobot]] = {}
+
+
+def _changes(files: Iterable[Path]) -> dict[Path, int]:
+    """Returns when each file was changed last, ns; none for a file that is not there."""
+    changes = {}
+    for file in files:
+        with suppress(OSError, ValueError):
+            changes[file] = file.stat().st_mtime_ns
+    return changes
+
+
+def _described(source: Source, shown: str, known: KnownBase) -> DescribedRobot:
+    path, model = source.path, source.model
     base = base_of(model, known.link)
     body = read_body(model, base)
     wheels = wheels_of(model, base)

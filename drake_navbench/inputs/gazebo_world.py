@@ -6,7 +6,6 @@ import math
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from itertools import islice, pairwise
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from drake_navbench.errors import InputError, InputWarning
+from drake_navbench.inputs.descriptions.ros_packages import forget_folders
 from drake_navbench.inputs.descriptions.world import Actor, is_world, read_world
 from drake_navbench.inputs.descriptions.world_areas import Area, Levels, floor_under, world_areas
 from drake_navbench.inputs.people import Person
@@ -89,8 +89,9 @@ def load_gazebo_world(
     around: the places of the task, m. folders: searched for models and packages besides the
     repository. Raises InputError where the file is no world.
     """
-    places = tuple((float(place[0]), float(place[1])) for place in around)
-    found = _loaded(path, lidar_m, top_m, places, tuple(folders))
+    places = [(float(place[0]), float(place[1])) for place in around]
+    forget_folders()
+    found = _loaded(path, Levels(lidar_m, top_m), places, folders)
     for remark in found.remarks[:MAX_REMARKS_SHOWN]:
         warnings.warn(f"{path}: {remark}", InputWarning, stacklevel=2)
     more = len(found.remarks) - MAX_REMARKS_SHOWN
@@ -99,20 +100,15 @@ def load_gazebo_world(
     return found
 
 
-@lru_cache(maxsize=8)
 def _loaded(
-    path: Path,
-    lidar_m: float,
-    top_m: float,
-    around: tuple[tuple[float, float], ...],
-    folders: tuple[Path, ...],
+    path: Path, levels: Levels, around: Sequence[tuple[float, float]], folders: Sequence[Path]
 ) -> GazeboWorld:
     source = read_world(path, folders)
     floor_m = floor_under(source, around[0] if around else (0.0, 0.0))
     count = sum(len(link.collisions) for m in source.models for link in m.links.values())
     if count > MAX_SHAPES:
         raise InputError(f"{path}: {count} shapes stand in it, expected at most {MAX_SHAPES}")
-    areas = world_areas(source, Levels(lidar_m, top_m), floor_m)
+    areas = world_areas(source, levels, floor_m)
     near = _region_around(around)
     remarks = list(source.remarks)
     clipped = [area for area in areas if not near.contains(shapely.box(*area.region.bounds))]

@@ -7,6 +7,7 @@ nothing else may have changed, as it would where several nodes share a value by 
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -30,6 +31,9 @@ SHORT_NODES = {
     "local_costmap": "local_costmap/local_costmap",
     "global_costmap": "global_costmap/global_costmap",
 }
+
+# The mark of a line that ends its file without an end of line.
+UNENDED = "\n\\ No newline at end of file\n"
 
 
 class Place(NamedTuple):
@@ -79,6 +83,16 @@ def patched_files(texts: Mapping[Path, str], changes: Mapping[Place, Any]) -> di
         path = _holder(now, place)
         now[path] = _set(now[path], place, value, path)
     return {path: text for path, text in now.items() if text != texts[path]}
+
+
+def difference(name: str, before: str, after: str, *, around: int = 3) -> str:
+    """Returns a change of a file's text as a patch that `patch -p0` takes.
+
+    name: the file's. around: number of lines before and behind each change.
+    """
+    old, new = before.splitlines(keepends=True), after.splitlines(keepends=True)
+    lines = difflib.unified_diff(old, new, name, name, n=around)
+    return "".join(line if line.endswith("\n") else line + UNENDED for line in lines)
 
 
 def _holder(texts: Mapping[Path, str], place: Place) -> Path:

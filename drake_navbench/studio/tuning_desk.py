@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
 from drake_navbench.errors import InputError
+from drake_navbench.nav2.patch import difference
 from drake_navbench.studio.messages import Column, Driven
 from drake_navbench.studio.open_folder import OpenFolder
 from drake_navbench.studio.parameter_fields import ParameterField
@@ -71,15 +71,7 @@ class TuningDesk:
         column = self.column()
         if not self.file:
             return f"drake-navbench run ... --controllers '{column.argument}'"
-        lines = difflib.unified_diff(
-            self.text.splitlines(),
-            column.patched_text.splitlines(),
-            f"a/{self.file}",
-            f"b/{self.file}",
-            lineterm="",
-            n=1,
-        )
-        return "\n".join(lines)
+        return difference(self.file, self.text, column.patched_text, around=1)
 
     def save(self, name: str) -> None:
         """Writes the changed Nav2 file; raises ChangedOnDisk, InputError or CannotBeWritten."""

@@ -14,6 +14,7 @@ from scenes import straight_plan
 from synthetic_logs import log_times, make_log
 
 from drake_navbench.analysis.folder_analysis import analyse_folder
+from drake_navbench.analysis.report import page_of, render
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder
 
@@ -147,3 +148,9 @@ def _remove(folder: Path, owner: int) -> None:
     # A forked process that ends has its parent's exit handlers as well.
     if os.getpid() == owner:
         shutil.rmtree(folder, ignore_errors=True)
+
+
+def report_html(path: Path) -> str:
+    """Returns the report of a results folder."""
+    analysis = analyse_folder(path, jobs=1)
+    return render(analysis, page_of(analysis))

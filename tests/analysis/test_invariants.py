@@ -6,12 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from results_folders import measured_folder
+from results_folders import measured_folder, report_html
 from synthetic_logs import FOOTPRINT, log_times, make_log
 
-from drake_navbench.analysis.folder_analysis import analyse_folder
 from drake_navbench.analysis.invariants import Violation, violations_of, warnings_of
-from drake_navbench.analysis.report import render
 from drake_navbench.analysis.trial_rows import trial_row
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder
@@ -140,12 +138,12 @@ def test_the_table_of_trials_counts_violations():
 
 def test_the_report_warns_of_a_violation(tmp_path):
     folder = ResultsFolder(measured_folder(tmp_path / "campaign", slower=2.0))
-    assert 'id="warnings"' not in render(analyse_folder(folder.path, jobs=1))
+    assert 'id="warnings"' not in report_html(folder.path)
     log = TrialLog.read(folder.log_path("empty", "rpp", 1))
     log.samples.loc[3, "command_w_radps"] = 9.0
     log.info["robot"]["drive"] = DRIVE
     folder.write_log(log)
-    page = render(analyse_folder(folder.path, jobs=1))
+    page = report_html(folder.path)
     assert 'id="warnings"' in page
     assert (
         "command beyond the limits of the drive: 1 row in 1 trial; "

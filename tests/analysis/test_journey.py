@@ -5,12 +5,10 @@ from __future__ import annotations
 import dataclasses
 
 import pytest
-from results_folders import measured_folder
+from results_folders import measured_folder, report_html
 from synthetic_logs import straight_log
 
-from drake_navbench.analysis.folder_analysis import analyse_folder
 from drake_navbench.analysis.journey import Action, actions_of, legs_of
-from drake_navbench.analysis.report import render
 from drake_navbench.logs.results import ResultsFolder
 
 
@@ -70,7 +68,7 @@ def test_the_report_shows_legs_and_deeds_of_the_trials_that_have_them(tmp_path):
     path = measured_folder(tmp_path / "campaign")
 
     def page() -> str:
-        return render(analyse_folder(path, jobs=1))
+        return report_html(path)
 
     assert "Leg by leg" not in page()
     log = straight_log(info={"legs": TWO_LEGS, "trial": 0})

@@ -13,14 +13,14 @@ from urllib.parse import unquote
 import pandas as pd
 import pytest
 from jinja2 import Environment
-from results_folders import measured_folder, trial_log, write_folder, write_manifest
+from results_folders import measured_folder, report_html, trial_log, write_folder, write_manifest
 from synthetic_logs import straight_log
 
 from drake_navbench.analysis.chart_library import chart_library
 from drake_navbench.analysis.folder_analysis import analyse_folder
 from drake_navbench.analysis.html import page_environment
 from drake_navbench.analysis.metrics.definition import Metric
-from drake_navbench.analysis.report import build_report, render
+from drake_navbench.analysis.report import build_report
 from drake_navbench.analysis.statistics import Interval
 from drake_navbench.commands import report as command
 from drake_navbench.errors import InputError
@@ -126,7 +126,7 @@ def rendered(path, *, scenario="empty", **speeds_mps):
             log = straight_log(speed_mps=speed_mps, outcome=outcome, info=info)
             log.info["scenario"]["name"] = scenario
             folder.write_log(log)
-    return render(analyse_folder(path, jobs=1))
+    return report_html(path)
 
 
 def row_of(text, title):
@@ -177,7 +177,7 @@ def test_an_interrupted_run_gives_a_report_that_says_what_is_missing(tmp_path):
     for trial in range(3):
         ResultsFolder(path).log_path("own_corridor", "rpp", trial).unlink()
     ResultsFolder(path).log_path("own_corridor", "rpp:v=0.4", 2).unlink()
-    text = render(analyse_folder(path, jobs=1))
+    text = report_html(path)
     assert "4 of the 12 trials that were asked for have no log" in text
     assert "<li>own_corridor: rpp 3, rpp:v=0.4 1</li>" in text
     (row,) = re.findall(r'<a href="#scenario-2">own_corridor</a></th>(.*?)</tr>', text, re.S)
@@ -188,7 +188,7 @@ def test_an_interrupted_run_gives_a_report_that_says_what_is_missing(tmp_path):
 def finished(tmp_path_factory) -> str:
     """The page of a run that drove all its trials, with no more in its manifest."""
     path = measured_folder(tmp_path_factory.mktemp("finished") / "results", request={"trials": 3})
-    return render(analyse_folder(path, jobs=1))
+    return report_html(path)
 
 
 def test_what_stood_in_for_plugins_of_a_nav2_file_is_repeated(finished, tmp_path):
@@ -197,7 +197,7 @@ def test_what_stood_in_for_plugins_of_a_nav2_file_is_repeated(finished, tmp_path
     results = ResultsFolder(path)
     told = "planner_server: Smac 2D stands in for <theirs::Planner>"
     results.write_manifest(results.read_manifest() | {"stand_ins": [told]})
-    text = render(analyse_folder(path, jobs=1))
+    text = report_html(path)
     assert "<li>planner_server: Smac 2D stands in for &lt;theirs::Planner&gt;</li>" in text
     assert "All columns of these files" in text
 
@@ -207,7 +207,7 @@ def test_what_stood_in_within_one_column_is_told_of_that_column(tmp_path):
     results = ResultsFolder(path)
     own = {"stand_ins_of_columns": {"rpp": ["FollowPath.max_vel_y: 0 stands in"]}}
     results.write_manifest(results.read_manifest() | own)
-    text = render(analyse_folder(path, jobs=1))
+    text = report_html(path)
     assert re.search(r"rpp</span> drove with</p>\s*<ul><li>FollowPath.max_vel_y: 0", text)
     assert "All columns of these files" not in text
 
@@ -334,7 +334,7 @@ def test_an_impossible_task_is_named_as_one_with_its_description(tmp_path):
     log.info["scenario"] |= {"description": "Walls all round", "expected_outcome": "aborted"}
     results.write_log(log)
     results.write_log(trial_log("empty", "rpp", 0))
-    page = render(analyse_folder(path, jobs=1))
+    page = report_html(path)
     assert (
         "1 succeeded, 1 aborted. The task in walled_in is impossible on purpose, "
         "where a trial should end as aborted: 1 did." in re.sub(r"\s+", " ", page)
@@ -353,7 +353,7 @@ def test_a_touch_has_its_place_in_summary_and_lead_with_what_the_preset_says(tmp
     preset = path / "inputs/controllers/rpp.yaml"
     preset.parent.mkdir(parents=True)
     preset.write_text("controller: rpp\ndescription: looks at its centre alone\nparameters: {}\n")
-    page = render(analyse_folder(path, jobs=1))
+    page = report_html(path)
     assert "rpp touched something in walled_in (1 of 1 trials)" in page
     assert "The preset rpp: looks at its centre alone." in page
     assert page.count('<span class="outcome-collided">touched in 1</span>') == 1
@@ -367,7 +367,7 @@ def test_a_trial_is_linked_only_to_a_replay_that_shows_it(tmp_path):
     race.parent.mkdir()
     for page in (race, own):
         page.write_text("<!DOCTYPE html><title>replay</title>", encoding="utf-8")
-    table = render(analyse_folder(path, jobs=1)).partition('id="trials-table"')[2]
+    table = report_html(path).partition('id="trials-table"')[2]
     rows = re.findall(r"<tr>.*?</tr>", table, re.S)[1:]
     shown = {re.findall(r"<code>(trials/[^<]+)</code>", row)[-1]: row for row in rows}
     assert 'href="replays/empty.html"' in shown["trials/empty/rpp/trial_000.parquet"]
@@ -427,11 +427,11 @@ def test_processor_workers_and_load_stand_beside_compute_times(finished, tmp_pat
     results = ResultsFolder(path)
     machine = {"processor": "Some <CPU>", "cores": 4, "jobs": 2, "load_before": 0.1}
     results.write_manifest(results.read_manifest() | {"machines": [machine]})
-    text = render(analyse_folder(path, jobs=1))
+    text = report_html(path)
     assert "Some &lt;CPU&gt;, 4 cores, 2 trials at a time, load 0.1 before the run" in text
     assert "Trials shared the machine" in text
     alone = machine | {"jobs": 1, "cores": 1}
     results.write_manifest(results.read_manifest() | {"machines": [alone]})
-    text = render(analyse_folder(path, jobs=1))
+    text = report_html(path)
     assert "1 core, 1 trial at a time" in text
     assert "shared the machine" not in text

@@ -93,6 +93,14 @@ def test_a_field_of_the_scenario_is_swept_too():
     assert found == {(0.1, 10.0), (0.1, 20.0), (0.2, 10.0), (0.2, 20.0)}
 
 
+def test_a_range_between_whole_numbers_fits_parameters_that_count():
+    assert list(map(type, values("dwb.vx_samples=5:15:3"))) == [int, int, int]
+    assert list(map(type, values("dwb.sim_time=1:2:3"))) == [int, float, int]
+    assert list(map(type, values("dwb.sim_time=1.0:2.0:2"))) == [float, float]
+    campaign = sweep("dwb.vx_samples=5:15:3", presets=("dwb",))
+    assert campaign.columns == [f"dwb:vx_samples={count}" for count in (5, 10, 15)]
+
+
 def test_samples_give_every_column_its_own_point():
     campaign = sweep("rpp.lookahead_dist=0.3:0.9", "timeout_s=10:20", samples=3)
     # rpp at three points and dwb at the three time limits of these, twice each.

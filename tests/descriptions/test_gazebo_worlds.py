@@ -54,6 +54,12 @@ def test_boxes_and_cylinders_stand_where_their_poses_say(tmp_path):
     assert pillar.area == pytest.approx(math.pi * 0.25, rel=0.02)
 
 
+def test_a_world_is_read_anew_when_it_has_changed(tmp_path):
+    for size_m in (1.0, 2.0):
+        found = load(tmp_path, box("crate", f"{size_m} 1 1", "0 0 0.5 0 0 0"))
+        assert regions(found).area == pytest.approx(size_m)
+
+
 def test_what_the_lidar_does_not_see_is_touched_all_the_same(tmp_path):
     """A step of 0.1 m below the lidar, a table top at 0.4 m above it, a lamp above the robot."""
     found = load(

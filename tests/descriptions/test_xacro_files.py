@@ -27,6 +27,25 @@ def test_xacro_finds_its_packages_by_package_xml_and_takes_arguments(tmp_path):
     assert "xacro arguments (length=0.6)" in describe_robot(path).check.as_text(200)
 
 
+def test_a_file_that_a_robot_includes_is_read_anew_when_it_has_changed(tmp_path):
+    path = write_repository(tmp_path)
+    assert load_robot(str(path)).mass_kg == pytest.approx(22.0)
+    assert describe_robot(path) is describe_robot(path)
+    wheel = path.parents[2] / "deeper" / "cart_parts" / "urdf" / "wheel.xacro"
+    wheel.write_text(wheel.read_text().replace('<mass value="1"/>', '<mass value="2"/>'))
+    assert load_robot(str(path)).mass_kg == pytest.approx(24.0)
+
+
+def test_a_package_that_was_missing_is_found_once_it_is_there(tmp_path):
+    path = write_repository(tmp_path)
+    package = path.parents[2] / "deeper" / "cart_parts"
+    hidden = package.rename(tmp_path / ".git" / "cart_parts")
+    with pytest.raises(InputError, match="needs the package 'cart_parts'"):
+        load_robot(str(path))
+    hidden.rename(package)
+    assert load_robot(str(path)).mass_kg == pytest.approx(22.0)
+
+
 @pytest.mark.parametrize("place", ["src/deeper/cart_parts", "install/cart_parts/share/cart_parts"])
 def test_an_include_by_a_path_of_the_authors_computer_is_the_repositorys_file(tmp_path, place):
     path = write_repository(tmp_path / "cart")

@@ -81,8 +81,6 @@ def test_worlds_of_gazebo(text, file):
     path = file("room.world", text)
     with only_input_errors(), warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        # Each has another robot, so that no world is taken from the cache.
-        load_gazebo_world.__globals__["_loaded"].cache_clear()
         found = load_gazebo_world(path, lidar_m=0.2, top_m=0.4)
         scenario_in_world(found, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
 

@@ -38,8 +38,7 @@ class Source:
     """A model with the file it comes from.
 
     root: the XML, expanded where it was xacro. arguments: arguments of its xacro files, with their
-    values.
-    is_expanded: whether the file was xacro.
+    values. is_expanded: whether the file was xacro. files: those that were read of it.
     """
 
     path: Path
@@ -48,6 +47,7 @@ class Source:
     packages: Packages
     arguments: Mapping[str, str] = field(default_factory=dict)
     is_expanded: bool = False
+    files: tuple[Path, ...] = ()
 
 
 def read_source(
@@ -77,7 +77,8 @@ def read_source(
         what = "cannot be read as a robot's model: expected links"
         raise InputError(f"{path}: {what}, found {found}{where}")
     model.remarks += [*expanded.remarks, *unmounted, *number_remarks(root)]
-    return Source(path, model, root, packages, expanded.arguments, is_expanded)
+    files = (path, *expanded.files)
+    return Source(path, model, root, packages, expanded.arguments, is_expanded, files)
 
 
 def is_model_file(path: Path) -> bool:

@@ -250,6 +250,12 @@ def files_below(root: Path) -> tuple[Path, ...]:
     return tuple(found)
 
 
+def forget_folders() -> None:
+    """Forgets the packages, models and files that were found, as others may be there by now."""
+    for found in (packages_below, models_below, _folders, files_below):
+        found.cache_clear()
+
+
 def broken_links_below(root: Path) -> list[Path]:
     """Returns the links to what is not there in a folder and those below it."""
     found = []

@@ -36,7 +36,7 @@ XML_SUFFIXES = (".xacro", ".urdf", ".xml", ".gazebo", ".sdf")
 
 
 def expand(request: dict[str, Any]) -> dict[str, Any]:
-    """Returns the text of a xacro file expanded, its arguments with their values, and remarks.
+    """Returns the text of a xacro file expanded, its arguments with values, remarks, and files.
 
     request: file, text (None: the file's own), folders (of `Packages`) and arguments, by name. For
     a file that only defines a macro of its own name, the macro is called. Parts that a missing
@@ -53,7 +53,8 @@ def expand(request: dict[str, Any]) -> dict[str, Any]:
         text, arguments, remarks = _expanded_with(path, with_call(content, call.text), request)
         arguments |= call.values
         remarks.append(f"only defines a macro; expanded as {call.text}")
-    return {"text": text, "arguments": arguments, "remarks": remarks}
+    files = sorted(set(map(str, xacro.all_includes)))
+    return {"text": text, "arguments": arguments, "remarks": remarks, "files": files}
 
 
 def _expanded_with(

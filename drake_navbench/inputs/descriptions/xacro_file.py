@@ -19,12 +19,13 @@ MAX_FILE_BYTES = 16 * MEGABYTE
 class Expanded:
     """A model's text; arguments: those of its xacro files, with their values.
 
-    remarks: the parts left out, and why.
+    remarks: the parts left out, and why. files: those that it includes.
     """
 
     text: str
     arguments: Mapping[str, str] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
+    files: tuple[Path, ...] = ()
 
 
 def expand_xacro(
@@ -54,7 +55,8 @@ def expand_xacro(
         str(path),
         folder=path.absolute().parent,
     )
-    return Expanded(answer["text"], answer["arguments"], tuple(answer["remarks"]))
+    files = tuple(map(Path, answer["files"]))
+    return Expanded(answer["text"], answer["arguments"], tuple(answer["remarks"]), files)
 
 
 def require_declared(path: Path, given: Sequence[str], declared: Mapping[str, str]) -> None:

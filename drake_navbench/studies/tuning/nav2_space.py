@@ -6,7 +6,6 @@ costmaps, planner and all other nodes can be searched as controllers can.
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +15,7 @@ from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.nav2.controllers import SERVER
 from drake_navbench.nav2.differences import resolved_settings, why_without_effect
-from drake_navbench.nav2.patch import SHORT_NODES, Place, patched, place_of
+from drake_navbench.nav2.patch import SHORT_NODES, Place, difference, patched, place_of
 from drake_navbench.nav2.whole_files import (
     FileColumns,
     WholeFile,
@@ -68,14 +67,9 @@ class FileSpace(SearchSpace):
         """Writes the patched file, and the patch itself after the remarks."""
         after = self.patched(values)
         write_text(stem.with_name(f"{stem.name}.yaml"), after)
-        lines = difflib.unified_diff(
-            self.text.splitlines(keepends=True),
-            after.splitlines(keepends=True),
-            fromfile=self.path.name,
-            tofile=self.path.name,
-        )
         comments = "".join(f"# {line}\n" for line in remarks)
-        write_text(stem.with_name(f"{stem.name}.patch"), comments + "".join(lines))
+        patch = difference(self.path.name, self.text, after)
+        write_text(stem.with_name(f"{stem.name}.patch"), comments + patch)
 
 
 def file_space(path: Path, plugin: str | None, robot: str, axes: Sequence[str]) -> FileSpace:

@@ -321,3 +321,14 @@ def test_the_reason_of_an_approach_is_the_straight_distance_from_the_robot_to_th
     found = pursuit.explain(seen, CRUISING)
     assert found.sentence == "Vector Pursuit drives 0.25 m/s: it is 0.5 m to the plan's end."
     assert found.command[0] == pytest.approx(0.25)
+
+
+def test_the_reason_of_a_turn_before_a_way_back_is_the_angle_behind_the_robot():
+    # The plan leads backwards, 1 rad to the left of the robot's back: it turns right by 1 rad.
+    back = math.pi - 1.0
+    plan = [[r * math.cos(back), r * math.sin(back), back] for r in (0.0, 0.5, 1.0)]
+    pursuit = make_pursuit(allow_reversing=True)
+    found = pursuit.explain(observe(plan), CRUISING)
+    assert found.sentence == (
+        "Vector Pursuit turns in place: the pose ahead is -1 rad aside, more than 0.785 rad."
+    )

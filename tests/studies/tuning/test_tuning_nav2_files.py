@@ -93,6 +93,19 @@ def test_arguments_that_do_not_go_together_are_one_line(arguments, told, tmp_pat
     assert not (tmp_path / "out").exists()
 
 
+def test_a_patch_of_a_file_without_an_end_of_line_says_so(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(FILE.removesuffix("  # m\n"))
+    space = space_of(f"{RADIUS}=0.3:0.9", path=path)
+    space.write(space.baseline, {RADIUS: 0.45}, tmp_path / "new", ())
+    assert (tmp_path / "new.patch").read_text().splitlines()[-4:] == [
+        "-        inflation_radius: 0.55",
+        "\\ No newline at end of file",
+        "+        inflation_radius: 0.45",
+        "\\ No newline at end of file",
+    ]
+
+
 def test_the_result_is_a_patch_of_the_file_with_comments_and_order_kept(
     planted_trials,  # noqa: F811
     tmp_path,
