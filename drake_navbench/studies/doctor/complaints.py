@@ -135,7 +135,7 @@ def _stem(word: str) -> str:
 
 
 @cache
-def term_weights() -> Mapping[str, float]:
+def _weights() -> Mapping[str, float]:
     """Returns the squared inverse document frequency of each term of the known complaints."""
     known = known_complaints()
     counts = Counter(term for entry in known for term in entry.terms)
@@ -202,27 +202,21 @@ def symptoms_told(text: str) -> list[Symptom]:
 
 def likeness_of(one: str, other: str) -> float:
     """Returns the cosine of the terms of two texts, 0 to 1."""
-    weights = term_weights()
+    weights = _weights()
     own, theirs = terms_of(one), terms_of(other)
     lengths = [sum(weights.get(term, 0.0) for term in terms) for terms in (own, theirs)]
     shared = sum(weights.get(term, 0.0) for term in own & theirs)
     return shared / math.sqrt(math.prod(lengths)) if shared else 0.0
 
 
-def likeness_to(own: frozenset[str], text: Mapping[str, float]) -> float:
-    """Returns the cosine of a user's terms with those of a text, 0 to 1; text: each term's part."""
-    weights = term_weights()
-    shared = sum(weights[term] * text[term] for term in own & text.keys() if term in weights)
+def _cosine(own: frozenset[str], terms: frozenset[str]) -> float:
+    """Returns the likeness of the terms of a user's words to others, 0 to 1."""
+    weights = _weights()
+    shared = sum(weights[term] for term in own & terms if term in weights)
     if shared == 0.0:
         return 0.0
     length = max(sum(weights.get(term, 0.0) for term in own), FEW_WORDS)
-    parts = sum(weights.get(term, 0.0) * part * part for term, part in text.items())
-    return shared / math.sqrt(length * parts)
-
-
-def _cosine(own: frozenset[str], terms: frozenset[str]) -> float:
-    """Returns the likeness of the terms of a user's words to others, 0 to 1."""
-    return likeness_to(own, dict.fromkeys(terms, 1.0))
+    return shared / math.sqrt(length * sum(weights.get(term, 0.0) for term in terms))
 
 
 def cosines(words: str) -> Iterator[tuple[Known, float]]:

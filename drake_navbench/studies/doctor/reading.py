@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
-from enum import Enum
 from functools import cache
 from typing import NamedTuple
 
 from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.alike import (
+    BY_WORDS,
     LIKED,
     NOTHING_TOLD,
     YOU_NAMED,
@@ -26,19 +25,44 @@ from drake_navbench.studies.doctor.far_values import far_values
 from drake_navbench.studies.doctor.left_out import CRITIC
 from drake_navbench.studies.doctor.partial_files import facts_of_values
 from drake_navbench.studies.doctor.possible import is_there
-from drake_navbench.studies.doctor.ranking import Evidence, weights, words_for
-from drake_navbench.studies.doctor.rules.all_rules import RULES
+from drake_navbench.studies.doctor.rules import (
+    bands,
+    checkers,
+    costmap_pairs,
+    costmaps,
+    dwb,
+    dwb_arrival,
+    inflation,
+    monitor,
+    mppi,
+    mppi_critics,
+    outline,
+    planners,
+    pursuit,
+    releases,
+    rpp_turns,
+    servers,
+    shim,
+    smoother,
+    sources,
+    startup,
+)
 from drake_navbench.studies.doctor.rules.rule import SURE, Finding, Rule
 from drake_navbench.studies.doctor.suspects import suspects_of
 from drake_navbench.studies.doctor.symptoms import Symptom
-from drake_navbench.studies.doctor.usual import unusual_value
 from drake_navbench.studies.doctor.value_factors import BEYOND, WITHIN, value_factor
 
+MODULES = (mppi, mppi_critics, dwb, dwb_arrival, pursuit, rpp_turns, shim, bands)
+MODULES_OF_SERVERS = (
+    startup, sources, servers, smoother, checkers, monitor, outline, costmaps, inflation,
+    costmap_pairs, planners, releases,
+)  # fmt: skip
+RULES: tuple[Rule, ...] = tuple(
+    rule for module in (*MODULES, *MODULES_OF_SERVERS) for rule in module.RULES
+)
 # The factors of a rule that fires over a suspect alone: of its first cure, and of the others.
 OF_A_RULE = 1.3
 NEXT_CURE = 0.85
-# The factor of a rule about values that a partial file does not give: the robot may have others.
-OF_DEFAULTS = 0.5
 # The factor of a rule that fires on nav2_bringup's own values, too: nearly every file has them.
 ON_BRINGUP = 0.5
 # Lines of nav2_bringup's file that differ from the defaults and from its controllers' presets.
@@ -53,18 +77,12 @@ NAMED = 3.0
 # The weight of a named value that is no suspect of the symptom: towards the usual value if it is
 # far from it, and in either direction if it is not.
 NAMED_FAR, NAMED_NEAR = 0.6, 0.3
-# The weight of the direction in which a named value is no suspect, if it is one in the other.
-OTHER_WAY = 0.5
 # The factor of a change that a user has tried without success.
 TRIED = 0.3
-# The factor of a suspect outside of the file if the whole file is known: most cures are in it.
-OF_OUTSIDE = 0.6
 # The factor of a parameter that a user reports as missing.
 MISSING = 6.0
 # The factor of lowering a limit of speed for a robot that is too slow.
 AGAINST = 0.4
-# The most that an unusual value counts: the logarithm of its ratio to Nav2's.
-MOST_UNUSUAL = 4.0
 SPEEDS = ("vx_max", "max_linear_vel", "max_vel_x", "max_speed_xy", "v_linear_max", "max_velocity")
 
 
@@ -102,26 +120,6 @@ def _needs_left_out(facts: Facts, rule: Rule) -> bool:
     return is_partial and any(cause.place == "controller.critics" for cause in rule.cures)
 
 
-class _Of(Enum):
-    """The source of a piece of evidence."""
-
-    RULE, SUSPECT, NAME, COMPLAINT = range(4)
-
-
-class _Piece(NamedTuple):
-    """A piece of evidence for a cause.
-
-    plain: its weight without what the parameter's value and the user's names of it tell.
-    """
-
-    kind: _Of
-    weight: float
-    plain: float
-    cause: Cause
-    why: str
-    finding: Finding | None = None
-
-
 class Words(NamedTuple):
     """The parameters that a user names: all, and those changed without success."""
 
@@ -141,116 +139,43 @@ class Words(NamedTuple):
 def suspicions_of(facts: Facts, symptom: Symptom, told: Told = NOTHING_TOLD) -> list[Suspicion]:
     """Returns the possible causes of a symptom, the likeliest first.
 
-    Without words the strongest piece of evidence counts alone, with words all of them. A cure of
-    the known complaint that the user named first comes before all others.
+    A cure of the known complaint that the user named first comes before all others.
     """
     named = Words.of(told.words)
-    pieces = _pieces(facts, symptom, told, named)
-    found = {key: _merged(own) for key, own in pieces.items()}
-    if told.has_words:
-        for key, own in pieces.items():
-            evidence = _evidence(facts, own, found[key].cause, named, told.words)
-            factor = named.factor(found[key].cause) * _fit(symptom, found[key].cause)
-            found[key] = found[key]._replace(score=factor * weights().score(evidence))
-    most = max((suspicion.score for suspicion in found.values()), default=1.0)
-    for share, cause in causes_liked(facts, told.liked):
-        own_score = LIKED * most * share
-        known = found.get(cause.key, Suspicion(cause, 0.0, (cause.why,)))
-        to = cause if known.cause.to is None and cause.to is not None else known.cause
-        more = () if cause.why == ALSO else (cause.why,)
-        reasons = tuple(dict.fromkeys((YOU_NAMED, *known.reasons, *more)))
-        found[cause.key] = known._replace(cause=to, score=known.score + own_score, reasons=reasons)
-    return sorted(found.values(), key=lambda s: (-s.score, s.cause.place))
+    evidence: dict[tuple[str, Direction], list[tuple[float, Cause, str, Finding | None]]] = {}
 
-
-def evidence_of(facts: Facts, symptom: Symptom, told: Told) -> list[tuple[Cause, Evidence, float]]:
-    """Returns the possible causes with their evidence, and the factor of those tried in vain."""
-    named = Words.of(told.words)
-    listed = []
-    for own in _pieces(facts, symptom, told, named).values():
-        cause = _merged(own).cause
-        evidence = _evidence(facts, own, cause, named, told.words)
-        listed.append((cause, evidence, named.factor(cause) * _fit(symptom, cause)))
-    return listed
-
-
-def _pieces(
-    facts: Facts, symptom: Symptom, told: Told, named: Words
-) -> dict[tuple[str, Direction], list[_Piece]]:
-    """Returns what rules, suspects, names and known complaints say for each cause."""
-    found: dict[tuple[str, Direction], list[_Piece]] = {}
-
-    def add(piece: _Piece) -> None:
-        weight = piece.weight * named.factor(piece.cause) * _fit(symptom, piece.cause)
+    def add(weight: float, cause: Cause, why: str, finding: Finding | None = None) -> None:
+        weight *= named.factor(cause) * _fit(symptom, cause)
         if weight > 0.0:
-            found.setdefault(piece.cause.key, []).append(piece._replace(weight=weight))
+            evidence.setdefault(cause.key, []).append((weight, cause, why, finding))
 
     for finding in findings_of(facts, symptom):
-        weight = _rule_weight(facts, finding, symptom)
+        weight = OF_A_RULE * finding.rule.symptoms[symptom]
+        if finding.rule.name in _firing_on_bringup(facts.kinds, facts.release) and not (
+            not facts.is_whole and _rests_on_given(facts, finding.rule)
+        ):
+            weight *= ON_BRINGUP
         for cause in finding.cures:
             if is_there(facts, cause):
-                by_name = _named_factor(facts, cause, named)
-                add(_Piece(_Of.RULE, weight * by_name, weight, cause, finding.seen, finding))
+                add(weight * _named_factor(facts, cause, named), cause, finding.seen, finding)
                 weight *= NEXT_CURE
     for suspect in suspects_of(symptom, facts.kinds):
-        cause = suspect.cause
-        if is_there(facts, cause):
-            factor = value_factor(facts, cause) * _named_factor(facts, cause, named)
-            factor *= OF_OUTSIDE if facts.is_whole and _is_elsewhere(cause) else 1.0
-            weight = suspect.weight
-            add(_Piece(_Of.SUSPECT, weight * factor, weight, cause, cause.why))
-    places = {place for place, _ in found}
+        if is_there(facts, suspect.cause):
+            factor = value_factor(facts, suspect.cause) * _named_factor(facts, suspect.cause, named)
+            add(suspect.weight * factor, suspect.cause, suspect.cause.why)
     for weight, cause in _named_causes(facts, named):
-        if cause.key not in found:
-            other_way = OTHER_WAY if cause.place in places else 1.0
-            add(_Piece(_Of.NAME, weight * other_way, 0.0, cause, cause.why))
-    words = told.words if told.has_words else ""
-    for alike, cause in causes_by_words(facts, symptom, words):
+        if cause.key not in evidence:
+            add(weight, cause, cause.why)
+    found = {key: _merged(pieces) for key, pieces in evidence.items()}
+    for alike, cause in causes_by_words(facts, symptom, told.words):
         if is_there(facts, cause):
-            why = "" if cause.why == ALSO else cause.why
-            add(_Piece(_Of.COMPLAINT, alike, alike, cause, why))
-    return found
-
-
-def _rule_weight(facts: Facts, finding: Finding, symptom: Symptom) -> float:
-    """Returns the weight of the first cure of a rule that fires."""
-    weight = OF_A_RULE * finding.rule.symptoms[symptom]
-    if finding.rule.name in _firing_on_bringup(facts.kinds, facts.release) and not (
-        not facts.is_whole and _rests_on_given(facts, finding.rule)
-    ):
-        return weight * ON_BRINGUP
-    if not facts.is_whole and not _rests_on_given(facts, finding.rule):
-        return weight * OF_DEFAULTS
-    return weight
-
-
-def _evidence(
-    facts: Facts, pieces: Sequence[_Piece], cause: Cause, named: Words, words: str
-) -> Evidence:
-    """Returns the evidence for a cause with words."""
-    strongest = {
-        kind: max((p.plain for p in pieces if p.kind is kind), default=0.0) for kind in _Of
-    }
-    value = math.log(value_factor(facts, cause))
-    is_named = _named_factor(facts, cause, named) > 1.0
-    return Evidence(
-        strongest[_Of.RULE],
-        strongest[_Of.SUSPECT],
-        value,
-        _unusual(facts, cause),
-        float(is_named),
-        strongest[_Of.COMPLAINT],
-        *words_for(words, cause),
-    )
-
-
-def _unusual(facts: Facts, cause: Cause) -> float:
-    """Returns the logarithm by which a value is far from Nav2's; negative away from the cure."""
-    far = unusual_value(facts, cause.place)
-    if far is None:
-        return 0.0
-    log = min(abs(math.log(far.ratio)), MOST_UNUSUAL)
-    return log if far.back is cause.direction else -log
+            weight = BY_WORDS * alike * value_factor(facts, cause)
+            found[cause.key] = _with_words(found.get(cause.key), cause, weight)
+    most = max((suspicion.score for suspicion in found.values()), default=1.0)
+    for share, cause in causes_liked(facts, told.liked):
+        own = _with_words(found.get(cause.key), cause, LIKED * most * share)
+        found[cause.key] = own._replace(reasons=(YOU_NAMED, *own.reasons))
+    return sorted(found.values(), key=lambda s: (-s.score, s.cause.place))
 
 
 def asked_about(
@@ -259,6 +184,16 @@ def asked_about(
     """Returns the known complaints of which the user is asked which is most like the own."""
     scores = {suspicion.cause.key: suspicion.score for suspicion in suspicions}
     return complaints_alike(facts, symptom, told, scores)
+
+
+def _with_words(known: Suspicion | None, cause: Cause, weight: float) -> Suspicion:
+    """Returns a suspicion, or a new one, with the weight of a complaint like the user's words."""
+    if known is None:
+        return Suspicion(cause, weight, (cause.why,))
+    to = cause if known.cause.to is None and cause.to is not None else known.cause
+    more = () if cause.why == ALSO else (cause.why,)
+    reasons = tuple(dict.fromkeys((*known.reasons, *more)))
+    return known._replace(cause=to, score=known.score + weight, reasons=reasons)
 
 
 def _is_elsewhere(cause: Cause) -> bool:
@@ -304,13 +239,13 @@ def _rests_on_given(facts: Facts, rule: Rule) -> bool:
     )
 
 
-def _merged(pieces: Sequence[_Piece]) -> Suspicion:
-    pieces = sorted(pieces, key=lambda piece: -piece.weight)
-    known = [piece.cause for piece in pieces if piece.cause.to is not None]
-    cause = known[0] if known else pieces[0].cause
-    reasons = tuple(dict.fromkeys(piece.why for piece in pieces if piece.why)) or (cause.why,)
-    findings = tuple(piece.finding for piece in pieces if piece.finding is not None)
-    return Suspicion(cause, pieces[0].weight, reasons, findings)
+def _merged(pieces: list[tuple[float, Cause, str, Finding | None]]) -> Suspicion:
+    pieces = sorted(pieces, key=lambda piece: -piece[0])
+    known = [cause for _, cause, _, _ in pieces if cause.to is not None]
+    cause = known[0] if known else pieces[0][1]
+    reasons = tuple(dict.fromkeys(why for _, _, why, _ in pieces if why))
+    findings = tuple(f for _, _, _, f in pieces if f is not None)
+    return Suspicion(cause, pieces[0][0], reasons, findings)
 
 
 def _named_factor(facts: Facts, cause: Cause, told: Words) -> float:
