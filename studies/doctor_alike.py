@@ -48,8 +48,9 @@ from typing import NamedTuple
 import numpy as np
 import yaml
 
+from drake_navbench.errors import InputError
 from drake_navbench.studies.doctor.alike import Alike, Told, complaints_named
-from drake_navbench.studies.doctor.complaints import symptoms_called
+from drake_navbench.studies.doctor.complaints import Known, symptoms_called
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.known_cases import (
     TOP,
@@ -77,10 +78,18 @@ class Asked(NamedTuple):
 
     def rank(self, names: Sequence[str] = ()) -> int | None:
         """Returns the rank of the first hit among the causes, from 1; names: those of --like."""
-        told = Told(self.case.words, complaints_named(names, self.facts))
+        told = Told(self.case.words, tuple(self._possible(names)))
         found = suspicions_of(self.facts, self.symptom, told)
         hits = (n for n, s in enumerate(found, 1) if is_hit(s.cause, self.case, self.facts))
         return next(hits, None)
+
+    def _possible(self, names: Sequence[str]) -> Iterator[Known]:
+        """Yields the named complaints but those that today's doctor knows to be impossible here."""
+        for name in names:
+            try:
+                yield from complaints_named([name], self.facts)
+            except InputError as error:
+                print(f"{self.case.id}: an answer is left out: {error}")
 
     @property
     def owner(self) -> str:

@@ -136,7 +136,7 @@ def _why_not_first(rank: int | None, found: Sequence[Suspicion], case: Case, fac
     if rank is not None:
         return f"the cure is cause {rank} of {len(found)}: others are likelier by their scores"
     for place, entry in enumerate(found, 1):
-        if any(_same_place(entry.cause.place, name, facts) for name in case.culprits):
+        if has_place(entry.cause, case, facts):
             return f"the doctor has the parameter as cause {place}, but in the other direction"
     return f"the cure is none of the {len(found)} causes that the doctor knows for this symptom"
 
@@ -157,6 +157,11 @@ def facts_of_case(case: Case, folder: Path | None) -> Facts:
 def is_hit(cause: Cause, case: Case, facts: Facts) -> bool:
     """Tells whether a cause is one of a case's culprits, in the direction of its cure."""
     return any(_is_culprit(cause, name, cure, facts) for name, cure in case.culprits.items())
+
+
+def has_place(cause: Cause, case: Case, facts: Facts) -> bool:
+    """Tells whether a cause is one of a case's culprits, in whatever direction."""
+    return any(_same_place(cause.place, name, facts) for name in case.culprits)
 
 
 def _is_culprit(cause: Cause, name: str, cure: Any, facts: Facts) -> bool:

@@ -63,8 +63,6 @@ RULES: tuple[Rule, ...] = tuple(
 # The factors of a rule that fires over a suspect alone: of its first cure, and of the others.
 OF_A_RULE = 1.3
 NEXT_CURE = 0.85
-# The factor of a rule about values that a partial file does not give: the robot may have others.
-OF_DEFAULTS = 0.5
 # The factor of a rule that fires on nav2_bringup's own values, too: nearly every file has them.
 ON_BRINGUP = 0.5
 # Lines of nav2_bringup's file that differ from the defaults and from its controllers' presets.
@@ -79,12 +77,8 @@ NAMED = 3.0
 # The weight of a named value that is no suspect of the symptom: towards the usual value if it is
 # far from it, and in either direction if it is not.
 NAMED_FAR, NAMED_NEAR = 0.6, 0.3
-# The weight of the direction in which a named value is no suspect, if it is one in the other.
-OTHER_WAY = 0.5
 # The factor of a change that a user has tried without success.
 TRIED = 0.3
-# The factor of a suspect outside of the file if the whole file is known: most cures are in it.
-OF_OUTSIDE = 0.6
 # The factor of a parameter that a user reports as missing.
 MISSING = 6.0
 # The factor of lowering a limit of speed for a robot that is too slow.
@@ -161,8 +155,6 @@ def suspicions_of(facts: Facts, symptom: Symptom, told: Told = NOTHING_TOLD) -> 
             not facts.is_whole and _rests_on_given(facts, finding.rule)
         ):
             weight *= ON_BRINGUP
-        elif not facts.is_whole and not _rests_on_given(facts, finding.rule):
-            weight *= OF_DEFAULTS
         for cause in finding.cures:
             if is_there(facts, cause):
                 add(weight * _named_factor(facts, cause, named), cause, finding.seen, finding)
@@ -170,12 +162,10 @@ def suspicions_of(facts: Facts, symptom: Symptom, told: Told = NOTHING_TOLD) -> 
     for suspect in suspects_of(symptom, facts.kinds):
         if is_there(facts, suspect.cause):
             factor = value_factor(facts, suspect.cause) * _named_factor(facts, suspect.cause, named)
-            factor *= OF_OUTSIDE if facts.is_whole and _is_elsewhere(suspect.cause) else 1.0
             add(suspect.weight * factor, suspect.cause, suspect.cause.why)
-    places = {place for place, _ in evidence}
     for weight, cause in _named_causes(facts, named):
         if cause.key not in evidence:
-            add(weight * (OTHER_WAY if cause.place in places else 1.0), cause, cause.why)
+            add(weight, cause, cause.why)
     found = {key: _merged(pieces) for key, pieces in evidence.items()}
     for alike, cause in causes_by_words(facts, symptom, told.words):
         if is_there(facts, cause):
