@@ -27,8 +27,9 @@ NO_PAGE_YET = (
     '<!doctype html><meta http-equiv="refresh" content="1"><link rel="icon" href="data:,">'
     "<title>live</title><p>The first trial is being prepared ..."
 )
-# The time for a browser's request, and for Meshcat's answer, s.
-PATIENCE_S = 10.0
+# The time for a browser's request, and for Meshcat's answer, s. How often the server looks whether the
+# run has ended, s: so much later the run may end.
+PATIENCE_S, POLL_S = 10.0, 0.05
 
 
 class _QuietServer(ThreadingHTTPServer):
@@ -97,7 +98,9 @@ class LiveServer:
         except OSError as error:
             reason = error.strerror or str(error)
             raise InputError(f"--live-port {port}: cannot be listened at: {reason}") from error
-        self._thread = threading.Thread(target=self._server.serve_forever, daemon=True)
+        self._thread = threading.Thread(
+            target=self._server.serve_forever, args=(POLL_S,), daemon=True
+        )
 
     @property
     def address(self) -> str:
