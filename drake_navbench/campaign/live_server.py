@@ -27,8 +27,8 @@ NO_PAGE_YET = (
     '<!doctype html><meta http-equiv="refresh" content="1"><link rel="icon" href="data:,">'
     "<title>live</title><p>The first trial is being prepared ..."
 )
-# The time for a browser's request, and for Meshcat's answer, s. How often the server looks whether the
-# run has ended, s: so much later the run may end.
+# The time for a browser's request, and for Meshcat's answer, s. The server looks this often, s,
+# whether the run has ended.
 PATIENCE_S, POLL_S = 10.0, 0.05
 
 
