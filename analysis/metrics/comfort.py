@@ -65,8 +65,9 @@ def deceleration_max_mps2(log: TrialLog) -> float:
 def gulati_kuipers_discomfort_s(log: TrialLog) -> float:
     """Discomfort of a wheelchair's passenger: duration plus squared jerks.
 
-    Formula: T + w_T integral j_t^2 dt + w_N integral j_n^2 dt, j_t = d2v/dt2 - v w^2, j_n = 2 w
-    dv/dt + v dw/dt (sideways: along and across the heading), both weights 1 s^6/m^2 (our choice).
+    Formula: T + w_T integral j_t^2 dt + w_N integral j_n^2 dt with j_t = d2v/dt2 - v w^2, j_n = 2 w
+    dv/dt + v dw/dt (of a robot that moves sideways the jerk along and across its heading), both
+    weights 1 s^6/m^2 (our choice: the original scales them).
     Source: Gulati, PhD thesis, University of Texas at Austin, 2011.
     """
     signal = motion(log)
@@ -83,11 +84,11 @@ def gulati_kuipers_discomfort_s(log: TrialLog) -> float:
 
 @metric(unit="m/s^2", better="lower", title="Weighted acceleration at the seat")
 def iso_2631_av_mps2(log: TrialLog) -> float:
-    """Frequency-weighted r.m.s. acceleration in the plane of the seat, without vibration.
+    """Frequency-weighted r.m.s. acceleration in the plane of the seat; says nothing of vibration.
 
-    Formula: a_v = sqrt(a_wx^2 + a_wy^2), each the r.m.s. of the acceleration weighted with W_d, k
-    = 1; a_x = dv/dt - vy w, a_y = dvy/dt + v w at the reference point. Below 0.4 Hz (slow braking,
-    long bends) W_d lets little through.
+    Formula: a_v = sqrt(a_wx^2 + a_wy^2), each the r.m.s. of the acceleration weighted with W_d, k =
+    1; a_x = dv/dt - vy w, a_y = dvy/dt + v w at the reference point. Below
+    0.4 Hz (slow braking, long bends) W_d lets little through.
     Source: ISO 2631-1:1997, 6 and annex A.
     """
     signal = motion(log)

@@ -81,7 +81,8 @@ def missed_period_ratio(log: TrialLog) -> float:
 def compute_cpu_time_p95_ms(log: TrialLog) -> float:
     """Processor time that 95 of 100 control cycles do not exceed; waiting does not count.
 
-    Formula: 95th percentile over the cycles. No value for `external`.
+    Formula: 95th percentile over the cycles of the thread's processor time. No value for
+    `external`, which computes in another process.
     """
     if log.info.get("controller_plugin") == EXTERNAL:
         raise Undefined("the controller runs in a process of its own, which is not measured")

@@ -28,7 +28,7 @@ MAX_CLEARANCE_M = 5.0
 def standing_collision_count(log: TrialLog) -> float:
     """Whether the trial ended at a standing obstacle; only in worlds where something moves.
 
-    Formula: 1 or 0.
+    Formula: 1 or 0; the mean over trials is their share.
     """
     _require_movers(log)
     return float(_contact_kind(log) == "obstacle")
@@ -39,8 +39,8 @@ def ran_into_moving_count(log: TrialLog) -> float:
     """Whether the trial ended because the robot ran into something that moves.
 
     Formula: 1 where, along the line between the two points that touch, the robot's closed the gap
-    at least as fast as the other's.
-    Source: SEAN 2.0 and HuNavSim, by bearing.
+    at least as fast as the other body's, else 0.
+    Source: SEAN 2.0 and HuNavSim, which tell the cases by bearing.
     """
     _require_movers(log)
     return float(_contact_kind(log) == "robot")
@@ -50,8 +50,9 @@ def ran_into_moving_count(log: TrialLog) -> float:
 def was_run_into_count(log: TrialLog) -> float:
     """Whether the trial ended because something that moves ran into the robot.
 
-    Formula: 1 where the other body closed the gap faster. A body on a given way does not avoid a
-    robot that stands on it.
+    Formula: 1 where the other body closed the gap faster than the robot did, else 0. A body on a
+    given way does not avoid a robot that stands on it.
+    Source: as of ran_into_moving_count.
     """
     _require_movers(log)
     return float(_contact_kind(log) == "other")
@@ -61,8 +62,8 @@ def was_run_into_count(log: TrialLog) -> float:
 def min_moving_clearance_m(log: TrialLog) -> float:
     """Smallest distance between the footprint and a moving obstacle or person.
 
-    Formula: minimum, every 0.1 s and at the end, up to 5 m; 0 in a trial that ended at such a
-    touch.
+    Formula: minimum, every 0.1 s and at the end, of the exact distance in the plane, up to 5 m; 0
+    in a trial that ended at such a touch.
     """
     nearest_m = clearances_m(log).min()
     if math.isinf(nearest_m):
@@ -74,8 +75,8 @@ def min_moving_clearance_m(log: TrialLog) -> float:
 def moving_time_to_collision_min_s(log: TrialLog) -> float:
     """Shortest time to a touch of something that moves, at constant twists.
 
-    Formula: minimum, every 0.1 s, of the time until the outlines touch, the other body at its
-    velocity of the next 0.1 s; up to 10 s.
+    Formula: minimum, every 0.1 s, of the time until the outlines touch, the robot at constant v and
+    w, the other body at its velocity of the next 0.1 s; up to 10 s.
     Source: Hayward 1972; SocNavBench.
     """
     shortest_s = collision_times_s(log).min()

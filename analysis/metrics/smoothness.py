@@ -34,8 +34,8 @@ TURN_DEAD_BAND_RADPS = 0.05
 def jerk_rms_mps3(log: TrialLog) -> float:
     """Root mean square of the jerk of the true forward velocity.
 
-    Formula: sqrt(mean(j^2)), j = d2v/dt2 of parabolas fitted over 0.3 s, whatever the sampling
-    period.
+    Formula: sqrt(mean(j^2)), j = d2v/dt2 of parabolas fitted over 0.3 s. The published jerk depends
+    on the sampling period; this one does not.
     """
     return rms(motion(log).jerk_mps3)
 
@@ -74,8 +74,8 @@ def spectral_arc_length(log: TrialLog) -> float:
 def log_dimensionless_jerk(log: TrialLog) -> float:
     """LDLJ of the true speed: the larger, the smoother.
 
-    Formula: -ln(D^3/v_peak^2 integral (d2v/dt2)^2 dt), D the duration, v the forward velocity (of
-    a robot that moves sideways the speed).
+    Formula: -ln(D^3/v_peak^2 integral (d2v/dt2)^2 dt), D the duration, v the forward velocity (of a
+    robot that moves sideways the speed) fitted over 0.3 s.
     Source: as of spectral_arc_length.
     """
     signal = motion(log)
@@ -118,7 +118,7 @@ def command_w_variation_radps(log: TrialLog) -> float:
 def heading_change_rad(log: TrialLog) -> float:
     """Total angle through which the robot turned, left and right both positive.
 
-    Formula: sum |dyaw|, without rides in lifts.
+    Formula: sum |dyaw|, without the rides in lifts.
     """
     return np.abs(np.diff(column(log, "yaw_rad")))[~is_carried(log)].sum()
 
@@ -137,7 +137,7 @@ def heading_change_per_metre_radpm(log: TrialLog) -> float:
 
 @metric(unit="", better="lower", title="Changes of the turning direction")
 def heading_reversal_count(log: TrialLog) -> float:
-    """Number of changes between turning left and right.
+    """Number of changes between turning left and turning right.
 
     Formula: sign changes of the true yaw rate, |w| <= 0.05 rad/s ignored.
     """
@@ -146,7 +146,7 @@ def heading_reversal_count(log: TrialLog) -> float:
 
 @metric(unit="", better="lower", title="Changes between forwards and backwards")
 def direction_reversal_count(log: TrialLog) -> float:
-    """Number of changes between forwards and backwards.
+    """Number of changes between driving forwards and driving backwards.
 
     Formula: sign changes of the true velocity, |v| <= 0.01 m/s ignored.
     """

@@ -49,8 +49,8 @@ WANTS_TO_WALK_MPS = 0.1
 def ran_into_person_count(log: TrialLog) -> float:
     """Whether the trial ended because the robot ran into a person.
 
-    Formula: as `ran_into_moving_count`.
-    Source: SEAN 2.0, HuNavSim "robot on person collision".
+    Formula: as `ran_into_moving_count`, for people.
+    Source: "robot on person collision" of SEAN 2.0 and HuNavSim.
     """
     people_of(log)
     contact = _contact(log)
@@ -61,8 +61,8 @@ def ran_into_person_count(log: TrialLog) -> float:
 def person_ran_into_robot_count(log: TrialLog) -> float:
     """Whether the trial ended because a person ran into the robot.
 
-    Formula: as `was_run_into_count`.
-    Source: SEAN 2.0, HuNavSim "person on robot collision".
+    Formula: as `was_run_into_count`, for people.
+    Source: "person on robot collision" of SEAN 2.0 and HuNavSim.
     """
     people_of(log)
     contact = _contact(log)
@@ -73,9 +73,9 @@ def person_ran_into_robot_count(log: TrialLog) -> float:
 def min_person_distance_m(log: TrialLog) -> float:
     """Smallest distance between the footprint and a person's body.
 
-    Formula: minimum, every 0.1 s, of the gap between outline and body disc; 0 in a trial that
-    ended at such a touch.
-    Source: SocNavBench, HuNavSim "minimum distance to people" (there the robot is a disc).
+    Formula: minimum, every 0.1 s, of the gap between outline and body disc; 0 in a trial that ended
+    at such a touch.
+    Source: SocNavBench, HuNavSim "minimum distance to people"; both take the robot for a disc.
     """
     nearest_m = people_of(log).gaps_m.min()
     if math.isinf(nearest_m):
@@ -85,9 +85,9 @@ def min_person_distance_m(log: TrialLog) -> float:
 
 @metric(unit="m", better="higher", title="Mean distance to the closest person")
 def mean_closest_person_distance_m(log: TrialLog) -> float:
-    """Mean over time of the distance to the closest person, while one was within 5 m.
+    """Mean over time of the distance to the closest person, while a person was within 5 m.
 
-    Formula: mean, every 0.1 s, of the least gap between outline and body disc.
+    Formula: mean over samples 0.1 s apart of the least gap between outline and body disc.
     Source: HuNavSim "average distance to the closest person".
     """
     closest = people_of(log).gaps_m.min(axis=1)
@@ -101,8 +101,8 @@ def mean_closest_person_distance_m(log: TrialLog) -> float:
 def intimate_space_ratio(log: TrialLog) -> float:
     """Share of the time with a gap below 0.45 m to the closest person.
 
-    Formula: time with such a gap between footprint and body / duration.
-    Source: Hall 1966; HuNavSim "intimate space intrusions".
+    Formula: time with a gap between footprint and body below 0.45 m / duration.
+    Source: zones of Hall 1966; HuNavSim "intimate space intrusions".
     """
     return _share_of_time(log, 0.0, INTIMATE_M)
 
@@ -112,7 +112,7 @@ def personal_space_ratio(log: TrialLog) -> float:
     """Share of the time with a gap of 0.45 m to 1.2 m to the closest person.
 
     Formula: as intimate_space_ratio.
-    Source: HuNavSim "personal space intrusions".
+    Source: Hall 1966; HuNavSim "personal space intrusions".
     """
     return _share_of_time(log, INTIMATE_M, PERSONAL_M)
 
@@ -122,7 +122,7 @@ def social_space_ratio(log: TrialLog) -> float:
     """Share of the time with a gap of 1.2 m to 3.6 m to the closest person.
 
     Formula: as intimate_space_ratio.
-    Source: HuNavSim "social and public space intrusions".
+    Source: Hall 1966; HuNavSim "social and public space intrusions".
     """
     return _share_of_time(log, PERSONAL_M, SOCIAL_M)
 
@@ -141,9 +141,10 @@ def public_space_ratio(log: TrialLog) -> float:
 def robot_intimate_approach_count(log: TrialLog) -> float:
     """Number of times that the robot approached a person to less than 0.45 m.
 
-    Formula: every 0.1 s; a gap below 0.45 m after one that was not, where the robot's motion alone
-    would leave no larger a gap than the person's alone.
-    Source: SEAN 2.0, by bearing.
+    Formula: every 0.1 s; an approach is a gap below 0.45 m after one that was not. It is the
+    robot's if the robot's motion alone since then would leave no larger a gap than the person's
+    alone.
+    Source: SEAN 2.0, which tells the two cases apart by bearing.
     """
     return float(approaches_within(log, INTIMATE_M).by_robot)
 
@@ -153,7 +154,7 @@ def person_intimate_approach_count(log: TrialLog) -> float:
     """Number of times that a person approached the robot to less than 0.45 m.
 
     Formula: the approaches of `robot_intimate_approach_count` that are not the robot's.
-    Source: SEAN 2.0 "person on robot intimate distance violation".
+    Source: "person on robot intimate distance violation" of SEAN 2.0.
     """
     return float(approaches_within(log, INTIMATE_M).by_person)
 
@@ -173,7 +174,8 @@ def group_crossing_ratio(log: TrialLog) -> float:
 def groups_entered_count(log: TrialLog) -> float:
     """Number of groups that the robot entered.
 
-    Formula: number of groups whose hull the footprint ever overlapped.
+    Formula: number of groups whose hull the footprint ever overlapped, as in
+    `group_crossing_ratio`.
     Source: after TAGA.
     """
     return float((gaps_to_groups_m(log).to_hulls <= 0.0).any(axis=0).sum())
@@ -183,8 +185,8 @@ def groups_entered_count(log: TrialLog) -> float:
 def group_space_ratio(log: TrialLog) -> float:
     """Share of the time with less than 1.2 m between the footprint and the middle of a group.
 
-    Formula: time with such a gap to the mean of the members' places, while these are within 3.6 m
-    of it / duration.
+    Formula: time with a gap below 1.2 m to the mean of the members' places, while these are within
+    3.6 m of it / duration.
     Source: HuNavSim "group intimate and personal space intrusions".
     """
     return _share(log, gaps_to_groups_m(log).to_middles.min(axis=1) < PERSONAL_M)
@@ -195,8 +197,8 @@ def personal_space_compliance_ratio(log: TrialLog) -> float:
     """Share of the time that the robot kept 0.5 m from everybody.
 
     Formula: time with a least gap of 0.5 m or more / duration.
-    Source: PSC of Francis et al., "Principles and Guidelines for Evaluating Social Robot
-    Navigation Algorithms", 2025.
+    Source: PSC of Francis et al., "Principles and Guidelines for Evaluating Social Robot Navigation
+    Algorithms", 2025.
     """
     return _share_of_time(log, COMPLIANT_M, math.inf)
 
@@ -205,8 +207,8 @@ def personal_space_compliance_ratio(log: TrialLog) -> float:
 def person_time_to_collision_min_s(log: TrialLog) -> float:
     """Shortest time to a touch of a person, at constant twists.
 
-    Formula: as `moving_time_to_collision_min_s`; up to 10 s.
-    Source: SocNavBench "time to collision".
+    Formula: as `moving_time_to_collision_min_s`, for people alone; up to 10 s.
+    Source: Hayward 1972; SocNavBench "time to collision".
     """
     people_of(log)
     shortest_s = collision_times_s(log, first_body=len(movers_of(log).things)).min()
@@ -219,9 +221,10 @@ def person_time_to_collision_min_s(log: TrialLog) -> float:
 def social_force_on_people_mps2(log: TrialLog) -> float:
     """Mean over time of the social forces of the robot on all people, added up.
 
-    Formula: mean, every 0.1 s, of the sum over people of |f|, f the social force at factor 2.1
-    from the centre of the robot's outline (HuNavSim sums over samples).
-    Source: HuNavSim "social force on agents"; Moussaid et al. 2009.
+    Formula: mean over samples 0.1 s apart of the sum over people of |f|, f the social force at
+    factor 2.1 from the centre of the robot's outline (HuNavSim sums over samples). The force of
+    people on the robot has the same size.
+    Source: HuNavSim "social force on agents"; force of Moussaid et al. 2009.
     """
     return float(np.mean(_social_forces(log).sum(axis=1)))
 
@@ -230,8 +233,9 @@ def social_force_on_people_mps2(log: TrialLog) -> float:
 def people_slowdown_ratio(log: TrialLog) -> float:
     """Share of their wanted speed that people lost while they were within 3.6 m of the robot.
 
-    Formula: 1 - mean(min(speed / wanted speed, 1)) over people who want to walk and samples with a
-    gap below 3.6 m. Others and walls slow people down, too: compare controllers in one world.
+    Formula: 1 - mean(min(speed / wanted speed, 1)) over people and samples with a gap below 3.6 m,
+    without people who do not want to walk or have arrived. Others and walls slow people down, too:
+    compare controllers in one world, not worlds.
     Source: after "average pedestrian velocity" of SEAN 2.0.
     """
     people = people_of(log)

@@ -119,7 +119,7 @@ def avg_linear_speed(log: TrialLog) -> float:
 def path_length(log: TrialLog) -> float:
     """Driven length.
 
-    Formula: sum of the distances between consecutive published samples.
+    Formula: sum of the distances between consecutive poses of the published sampling.
     """
     return float(_steps_m(published_samples(log)).sum())
 
@@ -137,8 +137,9 @@ def time_taken(log: TrialLog) -> float:
 def min_obstacle_distance(log: TrialLog) -> float:
     """Smallest distance from the reference point to a lethal cell of the local costmap.
 
-    Formula: minimum over the published samples of the distance to the lower left corner of a
-    lethal cell. Ignores the footprint.
+    Formula: minimum over the published samples of the distance to origin + resolution (i, j) of a
+    lethal cell of column i and row j, its lower left corner. Ignores the footprint, and is a cell's
+    edge longer behind the robot than ahead of it.
     """
     return _seen_distances_m(log).min()
 
@@ -157,8 +158,8 @@ def std_obstacle_distance(log: TrialLog) -> float:
 def rms_linear_jerk(log: TrialLog) -> float:
     """Root mean square of the second difference of the commanded forward velocity.
 
-    Formula: sqrt(mean(j^2)), j = diff(a)/dt, a = diff(v)/dt, dt = T/n. Grows as the sampling
-    period shrinks.
+    Formula: sqrt(mean(j^2)), j = diff(a)/dt, a = diff(v)/dt, dt = T/n. Grows as the sampling period
+    shrinks: comparable at the published 0.115 s only.
     """
     samples = published_samples(log)
     jerk = np.diff(samples.v_mps, n=2)
@@ -184,7 +185,7 @@ def max_centripetal_acceleration(log: TrialLog) -> float:
 
 @metric(unit="% of v max", better="higher", title="Highest commanded velocity")
 def max_velocity(log: TrialLog) -> float:
-    """Highest commanded forward velocity as a share of the robot's highest.
+    """Highest commanded forward velocity as a share of the robot's highest (published: 0.5 m/s).
 
     Formula: 100 max(v) / v max over the published samples.
     """
@@ -196,7 +197,7 @@ def max_path_error(log: TrialLog) -> float:
     """Largest distance from a plan pose to the nearest driven pose.
 
     Formula: maximum, over the poses of the first plan but the last 4, of the distance to the
-    nearest sample. After an early end: the length of the plan that was not driven.
+    nearest sample. In a trial that gives up early: the length of the plan that was not driven.
     """
     return _path_errors_m(log).max()
 
@@ -205,7 +206,7 @@ def max_path_error(log: TrialLog) -> float:
 def min_path_error(log: TrialLog) -> float:
     """Smallest distance from a plan pose to the nearest driven pose.
 
-    Formula: the minimum of the distances of max_path_error.
+    Formula: the distances of max_path_error; the minimum.
     """
     return _path_errors_m(log).min()
 
@@ -214,8 +215,8 @@ def min_path_error(log: TrialLog) -> float:
 def avg_path_error(log: TrialLog) -> float:
     """Mean distance from a plan pose to the nearest driven pose.
 
-    Formula: the mean of the distances of max_path_error. On the line it is a quarter of the
-    distance between two samples.
+    Formula: the distances of max_path_error; the mean. A line that is driven perfectly gives a
+    quarter of the distance between two samples.
     """
     return _path_errors_m(log).mean()
 
@@ -224,8 +225,9 @@ def avg_path_error(log: TrialLog) -> float:
 def avg_heading_error(log: TrialLog) -> float:
     """Mean difference of the absolute headings of plan and robot.
 
-    Formula: mean, over the poses of the first plan, of | |yaw robot| - |yaw plan| | at the nearest
-    sample, the first of equally near ones. Its "std" is over the trials.
+    Formula: mean, over the poses of the first plan, of | |yaw robot| - |yaw plan| | in degrees at
+    the nearest sample. Ignores the sign of a heading. Of several equally near samples, as of a
+    robot that turns in place, the first counts. Its "std" is over the trials.
     """
     return _heading_error_deg(log, takes_last=False)
 
@@ -234,7 +236,8 @@ def avg_heading_error(log: TrialLog) -> float:
 def avg_heading_error_last(log: TrialLog) -> float:
     """`avg_heading_error` with the other rule for equally near samples.
 
-    Formula: the last of several equally near samples counts.
+    Formula: as `avg_heading_error`, but the last of several equally near samples counts. The
+    publication does not say which.
     """
     return _heading_error_deg(log, takes_last=True)
 
@@ -243,7 +246,7 @@ def avg_heading_error_last(log: TrialLog) -> float:
 def energy(log: TrialLog) -> float:
     """The publication's "energy" (printed in J): integral of the squared speed.
 
-    Formula: sum of (dx^2 + dy^2)/dt over consecutive samples, dt = T/n.
+    Formula: sum of (dx^2 + dy^2)/dt over consecutive samples with dt = T/n.
     """
     samples = published_samples(log)
     if len(samples.time_s) < 2:
@@ -255,8 +258,8 @@ def energy(log: TrialLog) -> float:
 def abort_time(log: TrialLog) -> float:
     """Time from the slowest sample of a failed trial to its end.
 
-    Formula: time of the last sample - time of the first one with the lowest v; 0 where that v is v
-    max. No value where only the last sample has the lowest v.
+    Formula: time of the last sample - time of the first sample with the trial's lowest v; 0 where
+    that v is not below v max. No value where only the last sample has the lowest v.
     """
     if log.outcome is Outcome.SUCCEEDED:
         raise Undefined("the trial reached its goal")
@@ -271,7 +274,7 @@ def abort_time(log: TrialLog) -> float:
 
 @metric(unit="rad/s", better="neither", title="Highest commanded yaw rate")
 def max_yaw_rate(log: TrialLog) -> float:
-    """Highest commanded yaw rate.
+    """Highest commanded yaw rate; the publication gives it in its text, not in its tables.
 
     Formula: max |w| over the published samples.
     """
