@@ -79,14 +79,14 @@ def test_a_start_without_a_heading_is_free_for_a_long_robot(tmp_path):
 
 
 def test_each_edge_of_a_graph_is_a_task(tmp_path):
-    vertices = "[[0, 0, {name: a}], [4, 0, {name: b}]]"
-    text = f"levels: {{L1: {{vertices: {vertices}, lanes: [[1, 0, {{}}], [0, 1, {{}}]]}}}}"
+    text = "{nodes: [{id: a, x: 0, y: 0}, {id: b, x: 4, y: 0}], edges: [[b, a], [a, b]]}"
     with pytest.warns(InputWarning, match="no place has a heading"):
         found = tasks(tmp_path, text)
     assert [task.description[11:] for task in found] == ["from b to a", "from a to b"]
     assert found[0].start == (4.0, 0.0, math.pi)
-    with pytest.raises(InputError, match="--start: each edge"), pytest.warns(InputWarning):
-        tasks(tmp_path, text, start=(0.0, 0.0, 0.0))
+    turned = text.replace("y: 0", "y: 0, yaw: 0")
+    with pytest.raises(InputError, match="--start: each edge"):
+        tasks(tmp_path, turned, start=(0.0, 0.0, 0.0))
 
 
 @pytest.mark.parametrize(
