@@ -19,7 +19,9 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.goal_graph import (
     EDGES,
     Place,
+    edges_between,
     geojson_graph,
+    neighbours_in,
     require_map_frame,
     rmf_graph,
 )
@@ -133,27 +135,25 @@ def _graph_in(data: Any, path: Path) -> GoalFile | None:
 
 
 def _list_in(data: Any, path: Path) -> GoalFile:
-    """Returns the places of a list or mapping of places.
+    """Returns the places of a list or mapping of places, and the edges between them if it has any.
 
-    Raises InputError for places by latitude and longitude or in another frame than the map's, and
-    beside a list of edges.
+    Raises InputError for places by latitude and longitude, or in another frame than the map's.
     """
     top = _unwrapped(data, f"{path}: ")
     own = top if isinstance(top, Mapping) else {}
     for key, value in own.items():
         if FRAMES.search(str(key)):
             require_map_frame(value, str(path))
-        if key in EDGES and isinstance(value, list):
-            raise InputError(
-                f"{path}: {key}: a graph of another form; expected nav2_route's GeoJSON, "
-                "Open-RMF's navigation graph, or the places alone"
-            )
     start = next((_start(own[key], f"{path}: {key}") for key in STARTS if key in own), None)
     rest = {key: value for key, value in own.items() if key not in STARTS} if own else top
     places, told = _chosen(rest, path)
     places, listed = _in_named_order(own, places)
     told += [f"{path}: {line}" for line in listed]
-    return GoalFile(path, tuple(places), start=start, told=tuple(told))
+    edges = next((own[name] for name in EDGES if isinstance(own.get(name), list)), None)
+    where = f"{path}: {next((name for name in EDGES if name in own), 'edges')}"
+    is_graph = edges is not None or any(place.neighbours for place in places)
+    pairs = edges_between(places, edges, where) if is_graph else ()
+    return GoalFile(path, tuple(places), pairs or None, start, tuple(told))
 
 
 def _unwrapped(data: Any, where: str) -> Any:
@@ -224,7 +224,7 @@ def _mappings(value: Any, where: str, label: str) -> Iterator[Place]:
         if pose is not None:
             inside = next((_own_name(value[key]) for key in POSES if key in value), "")
             name = _own_name(value) or inside or label or where.rpartition(": ")[2]
-            yield Place(name, pose, key_name)
+            yield Place(name, pose, neighbours_in(value), key_name)
             return
         for key, one in inner.items():
             is_wrapper = str(key).lower() in (*POSES, *POSITIONS) and len(several) < 2

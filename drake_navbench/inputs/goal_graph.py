@@ -1,7 +1,8 @@
 """Route graphs: places with the edges between them.
 
-Two forms: Nav2's GeoJSON (nav2_route: points with an `id`, lines with `startid` and `endid`), and
-Open-RMF's navigation graphs (vertices [x, y, {name}] and lanes [from, to, {}] of a level).
+Three forms: Nav2's GeoJSON (nav2_route: points with an `id`, lines with `startid` and `endid`),
+Open-RMF's navigation graphs (vertices [x, y, {name}] and lanes [from, to, {}] of a level), and a
+list of places beside `edges`, or with `neighbours` each.
 """
 
 from __future__ import annotations
@@ -12,8 +13,10 @@ from typing import Any, NamedTuple
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.goal_poses import FoundPose, checked, gps_fault, number_of
 
-# Names of edges in graphs of other forms.
 EDGES = ("edges", "lanes", "links", "connections")
+NEIGHBOURS = ("neighbours", "neighbors", "connections", "connected_to", "adjacent", "edges")
+ENDS = (("startid", "endid"), ("from", "to"), ("start", "end"), ("source", "target"), ("a", "b"))
+TARGETS = ("node", "to", "target", "id", "name")
 # The mark of GeoJSON coordinates in m; without any, the standard has longitudes and latitudes.
 METRIC_MARK = "3857"
 SHOWN = 60
@@ -24,11 +27,13 @@ OTHER_FRAMES = ("odom", "base_link", "base_footprint", "base", "wgs84", "utm", "
 class Place(NamedTuple):
     """A place of a file.
 
-    name: its name or field there. key: the key of its mapping, which may differ from its name.
+    name: its name or field there. neighbours: the places to which an edge leads. key: the key of
+    its mapping, which may differ from its name.
     """
 
     name: str
     pose: FoundPose
+    neighbours: tuple[str, ...] = ()
     key: str = ""
 
 
@@ -99,11 +104,45 @@ def rmf_graph(data: Mapping[str, Any], source: str) -> Graph:
     return Graph(tuple(places), _edges(lanes, numbers))
 
 
-def _ends(lane: Any, where: str) -> tuple[str, str]:
-    """Returns the numbers of the vertices that a lane joins; raises InputError."""
-    found = _list(lane)[:2]
-    if len(found) != 2 or any(type(end) is not int for end in found):
-        raise InputError(f"{where}: got {str(lane)[:SHOWN]}; expected the numbers of two vertices")
+def edges_between(places: Sequence[Place], edges: Any, where: str) -> tuple[tuple[int, int], ...]:
+    """Returns the edges of places by a file's list of edges, else by their neighbours.
+
+    edges: pairs or mappings of two names or, where these are no names, of numbers from 0 on; None
+    without such a list. Raises InputError for an end that is no place.
+    """
+    names = [place.name for place in places]
+    pairs = [(f"{where}[{i}]", _ends(e, f"{where}[{i}]")) for i, e in enumerate(_list(edges))]
+    if not pairs:
+        pairs = [
+            (f"{where}: {place.name}: neighbours", (place.name, other))
+            for place in places
+            for other in place.neighbours
+        ]
+    if not {end for _, ends in pairs for end in ends} & set(names):
+        names = list(map(str, range(len(places))))
+    return _edges(pairs, names)
+
+
+def neighbours_in(value: Mapping[Any, Any]) -> tuple[str, ...]:
+    """Returns the names of the places to which edges lead from a place's mapping."""
+    for name in NEIGHBOURS:
+        found = []
+        for one in _list(value.get(name)):
+            if isinstance(one, Mapping):
+                one = next((one[key] for key in TARGETS if key in one), None)
+            found += [str(one)] if isinstance(one, str | int) else []
+        if found:
+            return tuple(found)
+    return ()
+
+
+def _ends(edge: Any, where: str) -> tuple[str, str]:
+    """Returns the names of the places that an edge joins; raises InputError."""
+    found = _list(edge)[:2]
+    if isinstance(edge, Mapping):
+        found = next(([edge[end] for end in ends] for ends in ENDS if set(ends) <= {*edge}), [])
+    if len(found) != 2 or any(type(end) not in (int, str) for end in found):
+        raise InputError(f"{where}: got {str(edge)[:SHOWN]}; expected the names of two places")
     return str(found[0]), str(found[1])
 
 

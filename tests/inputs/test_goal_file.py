@@ -98,6 +98,9 @@ GRAPHS = {
     "nav_graph.yaml": (
         "levels: {L1: {vertices: [[1, 2, {name: A}], [3, 4, {}]], lanes: [[1, 0, {}], [1, 0, {}]]}}"
     ),
+    "graph.json": """{"nodes": [{"id": "A", "x": 1, "y": 2}, {"id": "B", "x": 3, "y": 4}],
+        "edges": [{"from": "B", "to": "A"}]}""",
+    "neighbours.yaml": "waypoints: [A: {x: 1, y: 2}, B: {x: 3, y: 4, neighbours: [A]}]",
 }
 
 
@@ -148,9 +151,9 @@ REFUSED = {
         "building.yaml: levels.L1: is a",
     ),
     "floors.yaml": ("levels: {L1: {}, L2: {}}", "floors.yaml: levels: L1, L2; expected one"),
-    "graph.json": (
-        '{"nodes": [{"id": 1, "x": 1, "y": 2}, {"id": 2, "x": 3, "y": 4}], "edges": [[1, 2]]}',
-        "graph.json: edges: a graph of another form; expected nav2_route's GeoJSON",
+    "lost.json": (
+        '{"nodes": [{"id": 1, "x": 1, "y": 2}], "edges": [[1, 5]]}',
+        "lost.json: edges[0]",
     ),
     "lane.yaml": (
         "levels: {L: {vertices: [[1, 2]], lanes: [[0]]}}",
