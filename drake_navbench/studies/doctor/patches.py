@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import difflib
 import textwrap
 from collections.abc import Iterator
 
+from drake_navbench.nav2.patch import difference
 from drake_navbench.studies.doctor.change_words import change_told
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.files import Patient
@@ -13,18 +13,13 @@ from drake_navbench.studies.doctor.labels import cure_label, offer_label, patch_
 from drake_navbench.studies.doctor.visited import Visit
 
 PATCHED, PATCH = "patched.yaml", "change.patch"
-# The mark of a line that ends its file without an end of line.
-UNENDED = "\n\\ No newline at end of file\n"
 WIDTH = 80
 
 
 def patch_of(patient: Patient, trial: Trial) -> str:
     """Returns the change of the files as a patch that `patch -p0` takes."""
-    parts: list[str] = []
-    for path, after in patient.patched_texts(trial.changes).items():
-        before = patient.texts[path].splitlines(keepends=True)
-        parts += difflib.unified_diff(before, after.splitlines(keepends=True), path.name, path.name)
-    return "".join(line if line.endswith("\n") else line + UNENDED for line in parts)
+    changed = patient.patched_texts(trial.changes).items()
+    return "".join(difference(path.name, patient.texts[path], after) for path, after in changed)
 
 
 def texts_of_changes(visit: Visit, patient: Patient) -> dict[str, str]:
