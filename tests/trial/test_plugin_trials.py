@@ -270,7 +270,7 @@ def test_what_is_wrong_in_a_plugin_s_block_is_one_line(installed, changes, messa
 
 def test_a_node_without_a_place_in_the_tree_is_refused(installed):
     nodes = {"IsGoalNearbye": {"plugin": "theirs::Always"}}
-    with pytest.raises(InputError, match=r"tree.IsGoalNearbye: found no place .*'IsGoalNearby'"):
+    with pytest.raises(InputError, match=r"tree.IsGoalNearbye: nothing runs it.*'IsGoalNearby'"):
         run_trial(task(robot_overrides={"navigation": {"behavior_tree": nodes}}), "rpp")
 
 
