@@ -5,8 +5,8 @@
                                                    visits the next cases; goes on where it stopped
     python studies/doctor_visits.py table          the answers so far, as a table
 
-Both take `--round NAME`: `first` (the default), `second` or `again`. Written before a case was
-driven:
+Both take `--round NAME`: `first` (the default), `second` or `again`; `table` also `before`. Written
+before a case was driven:
 
 - *Cases.* Of the three lists in `doctor_cases/` (development, test, fresh) those with whole files
   of the day before the cure, whose class of symptom a detector knows (not late cycles: these need a
@@ -63,6 +63,10 @@ also makes all likely changes together, and searches the fewest of them that suf
   of the best three. Each case is visited by both, one core each, whatever comes out; a case counts
   if both have visited it. The doctor is not changed before the last case. *Unit*: a case.
   *Expected*: of the second round a patch for 15% with sets, 8% without.
+- *Outcome.* Both arms visited all 19 cases of the second round; the doctor without sets is that of
+  the commit 2be74666, and `table --round before` prints its answers. Two cases were under way when
+  the drives were stopped once, for want of processors; both arms went on from their journals. The
+  round `again` was not begun, for want of time.
 """
 
 from __future__ import annotations
@@ -104,6 +108,7 @@ DRIVEN = HERE / "doctor_visits.json"
 ORDER_SEED, MOST_OF_AN_OWNER = 2040, 2
 BUDGET_S, LONGEST_S = 360.0, 720
 ANSWERS_TWO, ANSWERS_AGAIN = HERE / "doctor_visits_two.json", HERE / "doctor_visits_again.json"
+ANSWERS_BEFORE = HERE / "doctor_visits_two_before.json"
 LISTS_TWO = [HERE / "doctor_cases" / f"fresh_{name}.yaml" for name in ("two", "three", "four")]
 LEFT_OUT = {
     "P09": "the costmap times out: the computer",
@@ -186,11 +191,12 @@ class Round(NamedTuple):
 
 def round_of(name: str) -> Round:
     """Returns a round by its name."""
-    if name == "second":
+    if name in ("second", "before"):
         # Imported here, as that study imports this one.
         import doctor_shown
 
-        return Round(LISTS_TWO, ANSWERS_TWO, ORDER_SEED + 1, doctor_shown.LEFT_OUT)
+        answers = ANSWERS_TWO if name == "second" else ANSWERS_BEFORE
+        return Round(LISTS_TWO, answers, ORDER_SEED + 1, doctor_shown.LEFT_OUT)
     return Round(LISTS, DRIVEN if name == "first" else ANSWERS_AGAIN, ORDER_SEED, LEFT_OUT)
 
 
@@ -336,8 +342,10 @@ def main() -> None:
     step.add_argument("files", type=Path, help="folder of the cases' files")
     step.add_argument("folder", type=Path, help="folder of the drives")
     steps.add_parser("table", help="print the answers so far as a table")
-    for step in steps.choices.values():
-        step.add_argument("--round", choices=("first", "second", "again"), default="first")
+    for name, step in steps.choices.items():
+        more = ("before",) if name == "table" else ()
+        rounds = ("first", "second", "again", *more)
+        step.add_argument("--round", choices=rounds, default="first", help="round of visits")
     arguments = parser.parse_args()
     which = round_of(arguments.round)
     if arguments.step == "drive":
