@@ -19,7 +19,11 @@ from drake_navbench.studies.doctor.causes import (
 from drake_navbench.studies.doctor.facts import ALIASES, CONTROLLER, COSTMAPS, Facts
 from drake_navbench.studies.doctor.file_places import OF_SOURCES, file_places
 from drake_navbench.studies.doctor.in_effect import is_in_effect
-from drake_navbench.studies.doctor.new_layer import LAYER, with_obstacle_layer
+from drake_navbench.studies.doctor.new_layer import (
+    LAYER,
+    missing_layer,
+    with_obstacle_layer,
+)
 from drake_navbench.studies.doctor.suspects import ranges
 from drake_navbench.studies.doctor.usual import unusual_value
 
@@ -93,7 +97,9 @@ def trials_of(cause: Cause, facts: Facts, setup: Nav2Setup) -> list[Trial]:
     if cause.is_outside or cause.direction is Direction.ADD:
         return []
     if cause.to == LAYER:
-        return [Trial(cause, with_obstacle_layer(cause.place.partition(".")[0], facts))]
+        costmap = cause.place.partition(".")[0]
+        own = cause._replace(to=missing_layer(costmap, facts))
+        return [Trial(own, with_obstacle_layer(costmap, facts))]
     places = [
         (place, facts[place])
         for place in facts.matching(cause.place)

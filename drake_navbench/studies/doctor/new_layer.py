@@ -9,6 +9,7 @@ from drake_navbench.studies.doctor.facts import COSTMAPS, Facts
 
 LAYER, SOURCE = "obstacle_layer", "scan"
 PLUGIN = "nav2_costmap_2d::ObstacleLayer"
+MARKING = ("ObstacleLayer", "VoxelLayer")
 # A source's own default height is 0 m in older releases: it would mark nothing.
 HEIGHT_M = 2.0
 
@@ -16,11 +17,16 @@ HEIGHT_M = 2.0
 def with_obstacle_layer(costmap: str, facts: Facts) -> dict[Place, Any]:
     """Returns the changes that let a costmap mark what a lidar sees.
 
-    The topic is that of another source of the file, else /scan. The layer comes before the
-    inflation, which takes in only what stands before it.
+    A layer that the file has, but does not list, is listed. Else a new one listens to the topic of
+    another source of the file, or to /scan. It comes before the inflation, which takes in only what
+    stands before it.
     """
     layers = [str(name) for name in facts[f"{costmap}.plugins"] or ()]
     inflation = next((i for i, name in enumerate(layers) if "inflation" in name), len(layers))
+    node, name = SHORT_NODES[costmap], missing_layer(costmap, facts)
+    listed = {Place(node, "plugins"): [*layers[:inflation], name, *layers[inflation:]]}
+    if f"{costmap}.{name}.plugin" in facts.raw:
+        return listed
     layer = {
         "plugin": PLUGIN,
         "enabled": True,
@@ -31,11 +37,17 @@ def with_obstacle_layer(costmap: str, facts: Facts) -> dict[Place, Any]:
         f"{SOURCE}.marking": True,
         f"{SOURCE}.clearing": True,
     }
-    node = SHORT_NODES[costmap]
-    return {
-        Place(node, "plugins"): [*layers[:inflation], LAYER, *layers[inflation:]],
-        **{Place(node, f"{LAYER}.{name}"): value for name, value in layer.items()},
-    }
+    return listed | {Place(node, f"{LAYER}.{key}"): value for key, value in layer.items()}
+
+
+def missing_layer(costmap: str, facts: Facts) -> str:
+    """Returns the name of the layer that a costmap does not list: of the file's own, else LAYER."""
+    for place, value in facts.raw.items():
+        layer, _, name = place.removeprefix(f"{costmap}.").rpartition(".")
+        is_own = place.startswith(f"{costmap}.") and name == "plugin" and "." not in layer
+        if is_own and str(value).endswith(MARKING):
+            return layer
+    return LAYER
 
 
 def _topic(facts: Facts) -> str:
