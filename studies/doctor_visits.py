@@ -65,8 +65,10 @@ also makes all likely changes together, and searches the fewest of them that suf
   *Expected*: of the second round a patch for 15% with sets, 8% without.
 - *Outcome.* Both arms visited all 19 cases of the second round; the doctor without sets is that of
   the commit 2be74666, and `table --round before` prints its answers. Two cases were under way when
-  the drives were stopped once, for want of processors; both arms went on from their journals. The
-  round `again` was not begun, for want of time.
+  the drives were stopped once, for want of processors; both arms went on from their journals.
+- *Again, changed before its first case*: one arm, the doctor of the commit c4e49caf, in two
+  processes that share the order's cases in turn; the answers of the first round stand beside it.
+  The time ends it.
 """
 
 from __future__ import annotations
