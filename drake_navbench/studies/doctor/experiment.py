@@ -51,7 +51,7 @@ class Experiment:
         before = patient.chosen(patient.columns())
         self._driver = driver
         self._race = Race(before, symptom, probes, driver, seed=seed)
-        # A set is chosen by the race's trials, so it is shown on trials that chose nothing.
+        # The race's trials choose a set of changes; trials of other seeds tell whether it helps.
         self._other_race = Race(before, symptom, probes, driver, seed=seed + TOGETHER_SEED)
         self._raw: list[Tried] = []
         self.rarity = Rarity(0, 0)
