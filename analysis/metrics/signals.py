@@ -143,14 +143,16 @@ def time_mean(time_s: Array, values: Array) -> float:
 def motion(log: TrialLog) -> Motion:
     """Returns velocities and their derivatives on an even grid of the log's usual period.
 
+    The grid ends with the trial: in a sample behind its end the server's stop already brakes.
     Raises Undefined where the trial is too short for a fit.
     """
     time_s = times(log)
     if len(time_s) < MIN_WINDOW_SAMPLES:
         raise Undefined(f"{len(time_s)} samples are too few for derivatives")
     period_s = float(np.median(np.diff(time_s)))
+    end_s = min(time_s[-1], log.end_time_s)
     # The small addition: the end of the trial may lie between two ticks of the recorder's clock.
-    count = int(np.floor((time_s[-1] - time_s[0]) / period_s + 1e-6)) + 1
+    count = int(np.floor((end_s - time_s[0]) / period_s + 1e-6)) + 1
     if count < MIN_WINDOW_SAMPLES:
         raise Undefined(f"{count} samples are too few for derivatives")
     grid = time_s[0] + period_s * np.arange(count)

@@ -26,6 +26,7 @@ drake-navbench run empty --controllers rpp --metric my.py:my_metric
 - ↑: higher is better; ↓: lower is better; no arrow: neither. The unit stands in brackets.
 - Bar: verdicts ignore differences up to this one.
 - An empty cell: the metric has no value for that trial; the cell names the reason.
+- Derivatives of the true motion end with the trial: the server's stop behind it does not count.
 - "Published" metrics keep the definitions of Schena 2024, weaknesses included.
 - *First plan*: the plan made at the start; with waypoints those of all legs, one behind the other
   (`course` of a `TrialLog`). *Plan in force*: the latest one that the controller had been given;

@@ -152,3 +152,17 @@ def test_reversals_count_changes_of_sign_but_not_noise_around_zero():
 
 def test_a_straight_drive_turns_not_at_all():
     assert smoothness.heading_change_per_metre_radpm(straight_log()) == 0.0
+
+
+def test_the_jerk_ends_with_the_trial():
+    # The server's stop brakes within 20 ms behind the arrival; the log's last sample shows it.
+    time_s = log_times(4.0)
+    steady = make_log(time_s, x_m=0.5 * time_s, v_mps=0.5)
+    braked = make_log(
+        time_s,
+        x_m=0.5 * time_s,
+        v_mps=np.where(time_s > 3.99, 0.45, 0.5),
+        info={"end_time_s": 3.99},
+    )
+    assert smoothness.jerk_rms_mps3(steady) == pytest.approx(0.0, abs=1e-9)
+    assert smoothness.jerk_rms_mps3(braked) == pytest.approx(0.0, abs=1e-9)
