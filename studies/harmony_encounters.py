@@ -2,7 +2,8 @@
 
 `python studies/harmony_encounters.py --seed N --count M` drives M encounters for each walking speed
 and prints how many end in a touch, in how many of these the robot is at rest, and the same of those
-that found it driving before (docs/harmony.md). --map nav2 leaves the costmaps Nav2's defaults, with
+that found it driving before (docs/harmony.md). With --rows FILE it goes on where FILE ends; --judge
+FILE drives nothing. --map nav2 leaves the costmaps Nav2's defaults, with
 which cells that somebody has left stay where no beam has a hit behind them. --room puts
 walls around: a hall that holds all encounters, or a ward, which leaves those out that begin outside
 or within WALL_M of a wall.
@@ -13,6 +14,10 @@ What is asked was written down before it was driven; the one-sided 95% limits te
   encounters for each speed, clearing beams, no room, each driven once;
 - the same shares again: seeds 351, 352 and so on, 60 encounters for each speed and seed, as many as
   the time allows; they count together, and the page tells them beside those of seed 34;
+- once more, for the code of then: seeds 3601 to 3620, 250 encounters for each speed and seed, so
+  10,000
+  in all, clearing beams, no room; the shares must be reached on each side (ahead, left, behind,
+  right), too, and the rows stay in docs/harmony_encounters.csv;
 - with Nav2's map in the hall and in the ward: the same shares, seed 35, 160 for each speed; below
   these shares, or if fewer than 30 touch, the page does not say that it works there.
 
@@ -23,10 +28,13 @@ driven until then count, all of them, and the page says how many.
 from __future__ import annotations
 
 import argparse
+import itertools
 import math
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 import shapely
 from harmony_judgement import OURS
 from harmony_living import CLEARED, OPTION
@@ -54,6 +62,8 @@ ROOMS = {
     "ward": np.array([[-6.5, -3.5], [11.9, -3.5], [11.9, 3.5], [-6.5, 3.5]]),
 }
 WALL_M = 0.5
+# The sides from which somebody comes, rad off the robot's heading, each 90 degrees wide.
+SIDES_OF_ROBOT = {"ahead": 0.0, "left": math.pi / 2.0, "behind": math.pi, "right": -math.pi / 2.0}
 # At rest, m/s and rad/s; under way, m/s, so long before the touch, s.
 REST_MPS, REST_RADPS = 0.02, 0.05
 DRIVES_MPS, BEFORE_S = 0.3, 1.5
@@ -163,32 +173,70 @@ def summary(found: list[Met]) -> str:
 
 
 def main() -> None:
-    """Drives encounters and prints a line for each, and one for each walking speed."""
+    """Drives encounters or reads rows, and prints what they came to."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seed", type=int, required=True)
-    parser.add_argument("--count", type=int, default=32)
+    parser.add_argument("--seed", type=int, nargs="+", default=[], metavar="N")
+    parser.add_argument("--count", type=int, default=32, help="encounters for each seed and speed")
     parser.add_argument("--walking", type=float, nargs="+", default=WALKING_MPS, metavar="MPS")
     parser.add_argument("--controller", default=f"{OURS}:{OPTION}=true")
     parser.add_argument("--map", choices=MAPS, default="clearing")
     parser.add_argument("--room", choices=ROOMS)
+    parser.add_argument("--rows", type=Path, metavar="FILE", help="keeps a row for each; goes on")
+    parser.add_argument("--judge", type=Path, nargs="+", metavar="FILE", help="drives nothing")
     arguments = parser.parse_args()
-    for walking_mps in arguments.walking:
-        found: list[Met] = []
-        order = np.random.default_rng((49, arguments.seed)).permutation(arguments.count)
-        for number in order.tolist():
-            bearing, outdoors = encounter(arguments.seed, number, arguments.count, walking_mps)
-            scenario = in_room(outdoors, ROOMS.get(arguments.room))
-            if scenario is None:
+    if (not arguments.seed) == (arguments.judge is None):
+        parser.error("expected --seed or --judge FILE, and not both")
+    if arguments.judge is not None:
+        rows = pd.concat([pd.read_csv(path) for path in arguments.judge], ignore_index=True)
+        tell(rows)
+        return
+    rows = pd.DataFrame()
+    if arguments.rows is not None and arguments.rows.exists():
+        rows = pd.read_csv(arguments.rows)
+    driven = (
+        set() if rows.empty else set(zip(rows.walking_mps, rows.seed, rows.number, strict=True))
+    )
+    for walking_mps, seed in itertools.product(arguments.walking, arguments.seed):
+        order = np.random.default_rng((49, seed)).permutation(arguments.count).tolist()
+        for number in [one for one in order if (walking_mps, seed, one) not in driven]:
+            found = drive(arguments, walking_mps, seed, number)
+            if found is None:
                 continue
-            scenario = scenario.model_copy(update={"robot_overrides": MAPS[arguments.map]})
-            log = run_trial(scenario, arguments.controller, number, keeps_costmaps=False)
-            if log.outcome is Outcome.ERROR:
-                # Else it would count as an encounter without a touch.
-                reason = log.info["reason"]
-                raise SystemExit(f"encounter {number} at {walking_mps:g} m/s failed: {reason}")
-            found.append(met(bearing, log))
-            print(f"{walking_mps:g} m/s, {number}: {found[-1]}", flush=True)
-        print(f"walking {walking_mps:g} m/s: {summary(found)}", flush=True)
+            row = pd.DataFrame(
+                [{"walking_mps": walking_mps, "seed": seed, "number": number} | found._asdict()]
+            )
+            rows = pd.concat([rows, row], ignore_index=True)
+            if arguments.rows is not None:
+                row.to_csv(
+                    arguments.rows, mode="a", header=not arguments.rows.exists(), index=False
+                )
+            print(f"{walking_mps:g} m/s, {seed}, {number}: {found}", flush=True)
+    tell(rows)
+
+
+def drive(arguments: argparse.Namespace, walking_mps: float, seed: int, number: int) -> Met | None:
+    """Returns an encounter; None if it does not begin within the room."""
+    bearing, outdoors = encounter(seed, number, arguments.count, walking_mps)
+    scenario = in_room(outdoors, ROOMS.get(arguments.room))
+    if scenario is None:
+        return None
+    scenario = scenario.model_copy(update={"robot_overrides": MAPS[arguments.map]})
+    log = run_trial(scenario, arguments.controller, number, keeps_costmaps=False)
+    if log.outcome is Outcome.ERROR:
+        # Else it would count as an encounter without a touch.
+        reason = log.info["reason"]
+        raise SystemExit(f"encounter {seed}, {number} at {walking_mps:g} m/s failed: {reason}")
+    return met(bearing, log)
+
+
+def tell(rows: pd.DataFrame) -> None:
+    """Prints the sentence on all rows of each walking speed, and those on each side."""
+    for walking_mps, part in rows.groupby("walking_mps"):
+        found = [Met(*row) for row in part[list(Met._fields)].itertuples(index=False)]
+        print(f"walking {walking_mps:g} m/s: {summary(found)}")
+        for name, side in SIDES_OF_ROBOT.items():
+            beside = [one for one in found if math.cos(one.bearing_rad - side) > math.sqrt(0.5)]
+            print(f"  {name}: {summary(beside)}", flush=True)
 
 
 if __name__ == "__main__":
