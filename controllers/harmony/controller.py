@@ -338,6 +338,8 @@ class Harmony:
             return False
         at_s = time_s + self._latency_s(memory)
         estimates = [moving_at(memory.tracks, at_s, most) for most in (MOST, LAST)]
+        # Feet that step swing the lines: one of both holds a stop that both have begun.
+        together = np.logical_or if memory.hurries else np.logical_and
         is_met = estimates[0][:, 5] > 0.0
         dt, period_s = self._parameters.time_step, check.interval_s
         step_s = period_s / steps_in(period_s)
@@ -345,8 +347,9 @@ class Harmony:
             poses = follow_then_brake(check.response, check.state, plan, dt, period_s, cycles)
             stop_s = max((len(poses) - 1) * step_s + SURE_S, HOLD_S)
             until_s, bound = (stop_s, SURE_M) if cycles == 1 else (LOOK_S, 0.0)
-            for moving in estimates:
-                is_met &= touches(moving, self._outline, poses, step_s, bound, until_s)
+            is_met &= together(
+                *(touches(moving, self._outline, poses, step_s, bound, until_s) for moving in estimates)
+            )
         return bool(is_met.any())
 
     def _last_resorts(

@@ -61,7 +61,7 @@ def followed(tracks: Tracks | None, costmap: Costmap, position: Array) -> Tracks
     """
     is_lethal, now_s = costmap.costs == LETHAL, costmap.stamp_s
     if tracks is None or tracks.since_s.shape != is_lethal.shape:
-        since_s = np.where(is_lethal, -np.inf, np.inf)
+        since_s = np.where(is_lethal, now_s, np.inf)
         return Tracks(costmap, read_only(since_s), np.empty((0, MOST, 5)))
     old = tracks.costmap
     if now_s <= old.stamp_s:
