@@ -74,7 +74,7 @@ LATE_RATIO, LONGEST_INTERVAL_S = 1.5, 0.5
 # The robot brakes for a thing that would touch it in LOOK_S on its plan and, if it brakes a cycle
 # later, would come within SURE_M of it in HOLD_S or until SURE_S after it is at rest. Both must be
 # so by all places of the thing, and by the last LAST ones: who has just turned away does not count.
-LOOK_S, HOLD_S, SURE_S, SURE_M, LAST = 1.0, 0.5, 0.15, 0.05, 4
+LOOK_S, HOLD_S, SURE_S, SURE_M, LAST = 1.0, 0.5, 0.25, 0.10, 4
 # The robot hurries after such a stop until it has this share of its speed.
 HURRIES_UP_TO = 0.9
 # The log keeps every SHOWN_STOP_STRIDE-th pose of the stop.
@@ -348,7 +348,10 @@ class Harmony:
             stop_s = max((len(poses) - 1) * step_s + SURE_S, HOLD_S)
             until_s, bound = (stop_s, SURE_M) if cycles == 1 else (LOOK_S, 0.0)
             is_met &= together(
-                *(touches(moving, self._outline, poses, step_s, bound, until_s) for moving in estimates)
+                *(
+                    touches(moving, self._outline, poses, step_s, bound, until_s)
+                    for moving in estimates
+                )
             )
         return bool(is_met.any())
 

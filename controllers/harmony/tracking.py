@@ -57,11 +57,16 @@ class Tracks(NamedTuple):
 def followed(tracks: Tracks | None, costmap: Costmap, position: Array) -> Tracks:
     """Returns the tracks after one more costmap, seen by a lidar at a position (2,) m.
 
-    They are unchanged if the costmap is not newer. What the first one shows counts as still.
+    They are unchanged if the costmap is not newer. Of the first one only what is larger than
+    LARGEST_M, as walls are, counts as still at once.
     """
     is_lethal, now_s = costmap.costs == LETHAL, costmap.stamp_s
     if tracks is None or tracks.since_s.shape != is_lethal.shape:
+        parts, _ = ndimage.label(ndimage.binary_dilation(is_lethal, BESIDE), BESIDE)
         since_s = np.where(is_lethal, now_s, np.inf)
+        for number, box in enumerate(ndimage.find_objects(parts), 1):
+            if max(part.stop - part.start for part in box) * costmap.resolution > LARGEST_M:
+                since_s[is_lethal & (parts == number)] = -np.inf
         return Tracks(costmap, read_only(since_s), np.empty((0, MOST, 5)))
     old = tracks.costmap
     if now_s <= old.stamp_s:

@@ -90,6 +90,15 @@ def test_what_is_not_known_to_move_is_lost_at_once():
 
 def test_what_stands_from_the_first_map_on_is_no_thing():
     assert len(tracked(lambda t: (leg(2.0, 0.0),))) == 0
+    # A wall of 2 m is still at once, a leg until it has stood for 0.8 s a thing of no velocity.
+    assert len(tracked(lambda t: ((2.0, -1.0, 2.1, 1.0),), updates=3)) == 0
+    (thing,) = tracked(lambda t: (leg(2.0, 0.0),), updates=3)
+    assert thing == pytest.approx([2.0, 0.0, 0.0, 0.0, 0.3, 0.0])
+
+
+def test_who_walks_already_in_the_first_map_is_known_after_the_fourth():
+    (person,) = tracked(lambda t: (leg(2.5 - t, 0.1), leg(2.5 - t, -0.1)), updates=4)
+    assert person == pytest.approx([1.9, 0.0, -1.0, 0.0, 0.3, 1.0], abs=1e-9)
 
 
 def test_what_has_just_come_and_stands_does_not_move():
@@ -109,11 +118,12 @@ def test_cells_behind_a_thing_are_what_it_has_left():
 
 
 def test_a_wall_that_comes_into_sight_is_no_thing():
-    # 0.2 m more of it an update, after a gap of two cells; after one of three it is a new thing.
+    # 2 m of it, then 0.2 m more an update, after a gap of two cells; after one of three it is a new
+    # thing.
     def wall(gap_m):
-        ends = [-1.0 + 0.2 * k for k in range(7)]
+        ends = [-2.0 + 0.2 * k for k in range(15)]
         return lambda t: [
-            (2.0, end, 2.1, end + 0.2 - gap_m) for end in ends[: 2 + round(t / MAP_PERIOD_S)]
+            (2.0, end, 2.1, end + 0.2 - gap_m) for end in ends[: 10 + round(t / MAP_PERIOD_S)]
         ]
 
     assert len(tracked(wall(0.1))) == 0
