@@ -37,8 +37,10 @@ BODY_M, LARGEST_M, FEWEST_CELLS = 0.3, 1.5, 2
 GATE_M, GATE_MPS, COAST_S = 0.5, 1.0, 0.7
 # A velocity needs FEWEST of the last MOST places. It is sure above SLOWEST_MPS, if the places are
 # within SPREAD_M of its line, in the root mean square, and the thing's rear, too, has moved by
-# REAR_M: what comes into sight grows, and its rear stands.
+# REAR_M: what comes into sight grows, and its rear stands. In place of it, the front has come nearer
+# to the lidar by COMES_M and by at least the share STRAIGHT of its way.
 FEWEST, MOST, SLOWEST_MPS, SPREAD_M, REAR_M = 3, 6, 0.4, 0.2, 0.1
+COMES_M, STRAIGHT = 0.3, 0.8
 
 
 class Tracks(NamedTuple):
@@ -47,11 +49,13 @@ class Tracks(NamedTuple):
     since_s: (rows, columns) when each cell became lethal, inf if it is not, -inf if it is old.
     places: (T, MOST, 5) time s and box (least x, y, largest x, y) m of each thing, newest last, NaN
     where there were fewer. The newest is older than the costmap where that does not show the thing.
+    lidar: (2,) m, where it was when the costmap came.
     """
 
     costmap: Costmap
     since_s: Array
     places: Array
+    lidar: Array
 
 
 def followed(tracks: Tracks | None, costmap: Costmap, position: Array) -> Tracks:
@@ -67,7 +71,7 @@ def followed(tracks: Tracks | None, costmap: Costmap, position: Array) -> Tracks
         for number, box in enumerate(ndimage.find_objects(parts), 1):
             if max(part.stop - part.start for part in box) * costmap.resolution > LARGEST_M:
                 since_s[is_lethal & (parts == number)] = -np.inf
-        return Tracks(costmap, read_only(since_s), np.empty((0, MOST, 5)))
+        return Tracks(costmap, read_only(since_s), np.empty((0, MOST, 5)), position)
     old = tracks.costmap
     if now_s <= old.stamp_s:
         return tracks
@@ -94,7 +98,7 @@ def followed(tracks: Tracks | None, costmap: Costmap, position: Array) -> Tracks
         places[new, :-1] = tracks.places[same, 1:]
         away[new, :], away[:, same], is_kept[same] = np.inf, np.inf, False
     places = np.concatenate([places, tracks.places[is_kept]])
-    return Tracks(costmap, read_only(since_s), read_only(places))
+    return Tracks(costmap, read_only(since_s), read_only(places), position)
 
 
 def seen_cells(costmap: Costmap, is_young: NDArray[np.bool_], position: Array) -> NDArray[np.intp]:
@@ -155,10 +159,22 @@ def moving_at(tracks: Tracks, time_s: float, most: int = MOST) -> Array:
         spread_m = math.sqrt(((off - np.outer(since, velocity)) ** 2).sum() / len(known))
         row[:2], row[2:4] = mean + (time_s - known[:, 0].mean()) * velocity, velocity
         speed = math.hypot(*velocity)
-        ends = middles @ velocity - halves @ np.abs(velocity)
         is_sure = spread_m <= SPREAD_M and speed >= SLOWEST_MPS
-        row[5] = is_sure and ends[-1] - ends[0] >= REAR_M * speed
+        row[5] = is_sure and _has_left(middles, halves, velocity / speed, tracks.lidar)
     return found
+
+
+def _has_left(middles: Array, halves: Array, way: Array, lidar: Array) -> bool:
+    """Tells whether a thing's rear has moved, or its front straight towards the lidar (2,) m.
+
+    middles, halves: (K, 2) m of its boxes, newest last. way: (2,) the direction in which it goes. A
+    wall that comes into sight grows sideways or away: what is nearer was free, and in sight.
+    """
+    along, half = middles @ way, halves @ np.abs(way)
+    rear, front = along - half, along + half
+    away = np.hypot(*np.maximum(np.abs(middles - lidar) - halves, 0.0).T)
+    comes = away[0] - away[-1] >= max(STRAIGHT * (front[-1] - front[0]), COMES_M)
+    return bool(comes or rear[-1] - rear[0] >= REAR_M)
 
 
 @njit(cache=True)
