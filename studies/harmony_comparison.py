@@ -111,13 +111,13 @@ def whole_units(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def tell(rows: pd.DataFrame) -> None:
-    """Prints the tables: losses first, then all families, what is pooled, and touches."""
+    """Prints the page's tables: losses, families, what is pooled, and touches."""
     rows = whole_units(rows)
     rivals = [name for name in RIVALS if name in set(rows["controller"])]
-    table = judgement.by_family(judgement.verdicts(rows, rivals))
-    order = table["not inferior"].map({"no": 0, "yes": 1, "": 2})
-    told = table.iloc[order.argsort(kind="stable")].drop(columns="p")
-    for part in (told, judgement.pooled(rows, rivals), judgement.touches(rows)):
+    lost = judgement.losses(judgement.verdicts(rows, rivals))
+    touched = judgement.touches(rows)
+    parts = (lost, judgement.page_table(rows, rivals), judgement.pooled(rows, rivals), touched)
+    for part in parts:
         print(judgement.markdown(part), "\n")
 
 

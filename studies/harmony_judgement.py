@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from drake_navbench.analysis.pairs import holm
-from drake_navbench.analysis.statistics import CONFIDENCE, exact_share_interval
+from drake_navbench.analysis.statistics import CONFIDENCE, Interval, exact_share_interval
 from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.text_tables import markdown_table
 
@@ -107,15 +107,16 @@ def share_bound(count: int, of: int) -> float:
     return exact_share_interval(count, of, confidence=2.0 * CONFIDENCE - 1.0).high
 
 
-def success_lost(trials: pd.DataFrame, rival: str) -> tuple[int, int, float]:
-    """Returns in how many units ours failed where the rival did not, of how many, and the bound.
+def success_lost(trials: pd.DataFrame, rival: str) -> tuple[int, int, Interval]:
+    """Returns in how many units ours failed where the rival did not, of how many, and the limits.
 
     Where nothing is by chance, all trials are one unit, and what it tells is exact.
     """
     units = units_of(trials, OURS, rival)
-    lost = int((~succeeded(units, OURS) & succeeded(units, rival)).sum())
-    is_exact = len(units) == 1 < len(trials)
-    return lost, len(units), float(lost) if is_exact else share_bound(lost, len(units))
+    lost, count = int((~succeeded(units, OURS) & succeeded(units, rival)).sum()), len(units)
+    if count == 1 < len(trials):
+        return lost, count, Interval(lost, lost)
+    return lost, count, exact_share_interval(lost, count, confidence=2.0 * CONFIDENCE - 1.0)
 
 
 def difference(trials: pd.DataFrame, measure: Measure, rival: str) -> Difference | None:
@@ -158,7 +159,7 @@ def verdicts(rows: pd.DataFrame, rivals: list[str]) -> pd.DataFrame:
             units = units_of(trials, OURS, rival)
             if units.empty:
                 continue
-            lost, count, bound = success_lost(trials, rival)
+            lost, count, limits = success_lost(trials, rival)
             found.append(
                 {
                     "family": family,
@@ -168,7 +169,8 @@ def verdicts(rows: pd.DataFrame, rivals: list[str]) -> pd.DataFrame:
                     "ours": float(succeeded(units, OURS).mean()),
                     "its": float(succeeded(units, rival).mean()),
                     "worse by": lost / count,
-                    "at most": bound,
+                    "at least": limits.low,
+                    "at most": limits.high,
                     "margin": SUCCESS_MARGIN,
                     "p": np.nan,
                 }
@@ -185,6 +187,7 @@ def verdicts(rows: pd.DataFrame, rivals: list[str]) -> pd.DataFrame:
                             "ours": told.ours,
                             "its": told.rival,
                             "worse by": told.worse_by,
+                            "at least": 2.0 * told.worse_by - told.upper,
                             "at most": told.upper,
                             "margin": measure.margin(told.rival),
                             "p": told.p_value if name in SUPERIOR else np.nan,
@@ -193,9 +196,19 @@ def verdicts(rows: pd.DataFrame, rivals: list[str]) -> pd.DataFrame:
     table = pd.DataFrame(found)
     has_margin = ~table["measure"].isin(["clearance", "lateral acceleration"])
     fits = table["at most"] <= table["margin"] + 1e-12
-    table["not inferior"] = np.where(has_margin, np.where(fits, "yes", "no"), "")
+    is_inferior = table["at least"] > table["margin"] + 1e-12
+    shown = np.where(fits, "yes", np.where(is_inferior, "inferior", "not shown"))
+    table["not inferior"] = np.where(has_margin, shown, "")
     table["better"] = np.where(holm(table["p"].to_numpy()) < 1.0 - CONFIDENCE, "yes", "")
     return table
+
+
+def losses(table: pd.DataFrame) -> pd.DataFrame:
+    """Returns what is inferior, then what is not shown not to be, against each rival."""
+    lost = table[table["not inferior"].isin(["inferior", "not shown"])]
+    return lost.drop(columns=["p", "better"]).sort_values(
+        ["not inferior", "family", "measure"], kind="stable"
+    )
 
 
 def by_family(table: pd.DataFrame) -> pd.DataFrame:
@@ -206,6 +219,36 @@ def by_family(table: pd.DataFrame) -> pd.DataFrame:
     all_better = table.groupby(["family", "measure"])["better"].agg(lambda b: (b == "yes").all())
     keys = pd.MultiIndex.from_frame(worst[["family", "measure"]])
     return worst.assign(better=np.where(all_better.reindex(keys).to_numpy(), "yes", ""))
+
+
+def page_table(rows: pd.DataFrame, rivals: list[str]) -> pd.DataFrame:
+    """Returns a row a family: who does what is expected, and each measure, in the page's words.
+
+    A measure stands with the rival that ours comes off worst by; ! marks what is not shown.
+    """
+    trials, table = wide(rows), verdicts(rows, rivals)
+    worst = by_family(table).set_index(["family", "measure"])
+    found = []
+    for family, group in trials.groupby(level="family"):
+        counts = [f"{int(succeeded(group, name).sum())}" for name in (OURS, *rivals)]
+        line = {"family": f"`{family}`", "units": len(group), "harmony; rivals": counts[0]}
+        line["harmony; rivals"] += "; " + ", ".join(counts[1:])
+        for names in (("success",), ("time", "abort time"), ("path error",), ("jerk",)):
+            told = [worst.loc[family, name] for name in names if (family, name) in worst.index]
+            line[" or ".join(names)] = _words(told[0]) if told else ""
+        is_better = [name for name in SUPERIOR if (family, name) in worst.index]
+        is_better = [name for name in is_better if worst.loc[(family, name), "better"] == "yes"]
+        found.append(line | {"better than each in": ", ".join(is_better)})
+    return pd.DataFrame(found)
+
+
+def _words(told: pd.Series) -> str:
+    """Returns a measure of ours beside its worst rival's; of success, the rival alone."""
+    mark = {"yes": "", "not shown": " **!**", "inferior": " **inferior**"}[told["not inferior"]]
+    if told["margin"] == SUCCESS_MARGIN:
+        lost = f"{round(told['worse by'] * told['units'])} lost to `{told['rival']}`"
+        return f"at most {100.0 * told['at most']:.1f}%" if not mark else lost + mark
+    return f"{told['ours']:.3f}, `{told['rival']}` {told['its']:.3f}{mark}"
 
 
 def pooled(rows: pd.DataFrame, rivals: list[str]) -> pd.DataFrame:

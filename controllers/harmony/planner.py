@@ -8,11 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.controllers.harmony.guesses import (
-    GUESS_SHARE,
-    pursuit,
-    stop,
-)
+from drake_navbench.controllers.harmony.guesses import GUESS_SHARE, pursuit, stop
 from drake_navbench.controllers.harmony.interior_point import SolverSettings, solve
 from drake_navbench.controllers.harmony.motion import V, W, plan_of_velocities, shifted
 from drake_navbench.controllers.harmony.parameters import HarmonyParameters
@@ -151,13 +147,7 @@ class Planner:
         return read_only(weights)
 
     def candidate(
-        self,
-        scene: Scene,
-        start: Array,
-        way: Way,
-        *,
-        driven: Array | None,
-        elapsed_s: float,
+        self, scene: Scene, start: Array, way: Way, *, driven: Array | None, elapsed_s: float
     ) -> tuple[Candidate | None, dict[str, Array]]:
         """Returns the plan made of the cheapest guess, None if all are blocked; and the guesses.
 
@@ -218,12 +208,7 @@ class Planner:
         return max(MOST_SEGMENTS_AHEAD, needed)
 
     def _guesses(
-        self,
-        scene: Scene,
-        start: Array,
-        way: Way,
-        rest: Array | None,
-        window: int,
+        self, scene: Scene, start: Array, way: Way, rest: Array | None, window: int
     ) -> list[Array]:
         """Returns the guessed velocities (N + 1, 2), those of the plan driven so far first."""
         limits, dt, count = scene.limits, scene.dt, self.stage_count
@@ -235,12 +220,7 @@ class Planner:
         return guesses
 
     def _improved(
-        self,
-        scene: Scene,
-        way: Way,
-        guess: Array,
-        is_warm: bool,
-        window: int,
+        self, scene: Scene, way: Way, guess: Array, is_warm: bool, window: int
     ) -> Candidate:
         """Returns the guess improved by the program.
 

@@ -25,8 +25,9 @@ LOOK_BACK_M, TURN_POSES = 0.5, 13
 # A way that needs a larger turn than the first leads back, rad; a robot that backs up already goes
 # on until its turn is less than the second: with one limit it would turn to and fro between both.
 LEADS_BACK_RAD, STILL_BACK_RAD = 0.5 * np.pi, 0.25 * np.pi
-# A plan that ends within this of the goal ends in it, m.
-SAME_PLACE_M = 1e-6
+# A plan that ends within this of the goal ends in it, m. A path ends in the goal's heading if its
+# last LOOK_BACK_M do within this, rad.
+SAME_PLACE_M, SAME_HEADING_RAD = 1e-6, 0.1
 
 
 class Way(NamedTuple):
@@ -144,6 +145,23 @@ def up_to_blocked(way: Way, distance_m: float) -> Way:
     steps = np.hypot(*np.diff(way.path[:, :2], axis=0).T)
     index = int(np.searchsorted(np.cumsum(steps), stop_m))
     return way._replace(target=np.array(way.path[index]), nears_goal=False, stop_m=stop_m)
+
+
+def driving_on(way: Way, distance_m: float) -> Way:
+    """Returns the way with a target `distance_m` behind the goal if it ends in the goal's heading.
+
+    So the robot is quick when it arrives. Where it must turn to this heading, that would need room.
+    """
+    if not way.nears_goal or len(way.path) < 2:
+        return way
+    behind = way.target[:2] - way.path[:, :2]
+    far = np.flatnonzero(np.hypot(*behind.T) >= LOOK_BACK_M)
+    x, y = behind[far[-1] if len(far) else 0]
+    yaw = way.target[2]
+    if abs(wrap(float(np.arctan2(y, x) - yaw))) > SAME_HEADING_RAD:
+        return way
+    target = way.target + distance_m * np.array([np.cos(yaw), np.sin(yaw), 0.0])
+    return way._replace(target=target, stop_m=way.stop_m + distance_m)
 
 
 def turn_towards(way: Way, start: Array) -> float:

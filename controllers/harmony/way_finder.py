@@ -27,6 +27,7 @@ from drake_navbench.controllers.harmony.way import (
     Way,
     along_itself,
     around,
+    driving_on,
     must_back_up,
     straight,
     turn_at,
@@ -52,6 +53,8 @@ NEAR_PLAN_M, AMPLE = 0.3, Keeping(0.4, np.inf)
 # Where nothing leads past and something has moved within MET_S, s, the robot drives away until its
 # way is free for GIVES_WAY_M, m.
 MET_S, GIVES_WAY_M = 10.0, 1.2
+# Plans come to rest behind the goal by this share of its tolerance.
+DRIVES_ON_SHARE = 0.6
 # In the middle of a gap the distance field is too small by this, m.
 ROOM_IN_GAPS_M = 0.02
 
@@ -75,11 +78,7 @@ class WayFinder:
     """
 
     def __init__(
-        self,
-        parameters: HarmonyParameters,
-        setup: ControllerSetup,
-        discs: Array,
-        clearance: float,
+        self, parameters: HarmonyParameters, setup: ControllerSetup, discs: Array, clearance: float
     ) -> None:
         self._parameters = parameters
         self._discs = discs
@@ -116,7 +115,8 @@ class WayFinder:
                 stop_m = self._parameters.give_up_distance - SLOW_AT_M
                 return FoundWay(up_to_blocked(way, stop_m), False, None, way.blocked_m)
         if detour is None:
-            past = around(way)
+            on_m = DRIVES_ON_SHARE * observation.goal_xy_tolerance_m
+            past = driving_on(around(way), on_m)
             if memory.is_trapped or memory.backs_up:
                 past = self._backed_up(past, start, field, is_backing=memory.backs_up)
             return FoundWay(past, True, None, way.blocked_m)

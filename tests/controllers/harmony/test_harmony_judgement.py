@@ -64,8 +64,8 @@ def test_a_repeated_trial_counts_once(judgement):
 
 def test_one_trial_alone_shows_nothing(judgement):
     rows = pd.concat([rows_of("harmony", [9.0]), rows_of("rpp", [10.0])])
-    assert verdict(judgement, rows, "time")["not inferior"] == "no"
-    assert verdict(judgement, rows, "success")["not inferior"] == "no"
+    assert verdict(judgement, rows, "time")["not inferior"] == "not shown"
+    assert verdict(judgement, rows, "success")["not inferior"] == "not shown"
 
 
 def test_no_loss_in_30_trials_is_at_most_a_tenth(judgement):
@@ -77,13 +77,18 @@ def test_no_loss_in_30_trials_is_at_most_a_tenth(judgement):
     assert (told["worse by"], told["not inferior"]) == (0.0, "yes")
     lost = rows["controller"].eq("harmony") & rows["seed"].eq(4)
     rows.loc[lost, "outcome"] = "aborted"
-    assert verdict(judgement, rows, "success")["not inferior"] == "no"
+    assert verdict(judgement, rows, "success")["not inferior"] == "not shown"
 
 
 @pytest.mark.parametrize(
     ("rivals_m", "ours_m", "expected"),
     # 0.015 m beside a near one; beside a far one 20% of it.
-    [(0.01, 0.024, "yes"), (0.01, 0.026, "no"), (0.2, 0.235, "yes"), (0.2, 0.245, "no")],
+    [
+        (0.01, 0.024, "yes"),
+        (0.01, 0.026, "inferior"),
+        (0.2, 0.235, "yes"),
+        (0.2, 0.245, "inferior"),
+    ],
 )
 def test_the_margin_of_path_error_is_the_larger_of_both(judgement, rivals_m, ours_m, expected):
     rows = pd.concat(
@@ -110,7 +115,35 @@ def test_the_best_rival_is_every_rival(judgement):
         ]
     )
     told = verdict(judgement, rows, "time", ("rpp", "teb"))
-    assert (told["rival"], told["not inferior"]) == ("teb", "no")
+    assert (told["rival"], told["not inferior"]) == ("teb", "inferior")
+
+
+def test_a_loss_is_inferior_beyond_the_margin_and_not_shown_about_it(judgement):
+    # Of 30 differences with a standard deviation of 0.1 the limits are 0.03 to either side.
+    spread = noisy(0.0) - noisy(0.0).mean()
+    own, its = rows_of("harmony", 10.52 + spread), rows_of("rpp", np.full(30, 10.0))
+    rows = pd.concat([own, its])
+    told = verdict(judgement, rows, "time")
+    assert (told["not inferior"], told["margin"]) == ("not shown", 0.5)
+    assert told["at most"] - 0.52 == pytest.approx(0.52 - told["at least"])
+    own["time_to_goal_s"] += 0.02
+    assert verdict(judgement, pd.concat([own, its]), "time")["not inferior"] == "inferior"
+    lost = judgement.losses(judgement.verdicts(rows, ["rpp"]))
+    assert lost[["measure", "rival"]].to_numpy().tolist() == [["time", "rpp"]]
+
+
+def test_the_page_tells_who_succeeds_and_the_worst_rival(judgement):
+    rows = pd.concat(
+        [
+            rows_of("harmony", noisy(10.0)),
+            rows_of("rpp", noisy(10.1)),
+            rows_of("teb", noisy(9.0)),
+        ]
+    )
+    told = judgement.page_table(rows, ["rpp", "teb"]).iloc[0]
+    assert told["harmony; rivals"] == "30; 30, 30"
+    assert told["success"] == "at most 9.5%"
+    assert told["time or abort time"] == "10.006, `teb` 9.006 **inferior**"
 
 
 def test_giving_up_is_success_where_the_way_is_closed(judgement):
@@ -120,7 +153,7 @@ def test_giving_up_is_success_where_the_way_is_closed(judgement):
     )
     assert verdict(judgement, rows, "success")["ours"] == 1.0
     told = verdict(judgement, rows, "abort time")
-    assert (told["not inferior"], round(told["worse by"], 6)) == ("no", 0.5)
+    assert (told["not inferior"], round(told["worse by"], 6)) == ("inferior", 0.5)
 
 
 def test_touches_have_an_exact_bound(judgement):

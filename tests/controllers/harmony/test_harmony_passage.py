@@ -9,6 +9,7 @@ from harmony_scenes import DISCS, costmap_with, straight
 from drake_navbench.controllers.harmony.detour import is_connected
 from drake_navbench.controllers.harmony.scene import make_start
 from drake_navbench.controllers.harmony.way import (
+    driving_on,
     progress_on,
     turn_at,
     up_to_blocked,
@@ -82,3 +83,23 @@ def test_at_the_goal_only_its_heading_is_left():
     way = turn_at(make_start(np.array([1.0, 2.0, 0.3]), 0.0, 0.0), np.array([1.1, 2.1, 1.5]))
     np.testing.assert_allclose(way.target, [1.0, 2.0, 1.5])
     assert way.nears_goal
+
+
+def test_plans_drive_on_behind_the_goal_only_where_the_path_ends_in_its_heading():
+    def ending(yaw, length_m=1.0):
+        goal = np.array([length_m, 0.0, yaw])
+        return driving_on(way_along(straight(length_m), goal, 1.5, field_with(), DISCS), 0.15)
+
+    np.testing.assert_allclose(ending(0.0).target, [1.15, 0.0, 0.0])
+    assert ending(0.0).stop_m == pytest.approx(1.15)
+    # 0.15 m along the goal's heading, which is less than 0.1 rad from the path's.
+    np.testing.assert_allclose(ending(0.09).target, [1.1494, 0.0135, 0.09], atol=1e-4)
+    assert (ending(0.11).target[0], ending(0.11).stop_m) == (1.0, 1.0)
+    # Of a path that is shorter than half a metre the whole counts.
+    np.testing.assert_allclose(ending(0.0, 0.2).target, [0.35, 0.0, 0.0])
+    # A goal out of reach is not aimed at.
+    far = way_along(straight(2.5), FAR_GOAL, 1.5, field_with(), DISCS)
+    assert driving_on(far, 0.15) is far
+    # At the goal only the turn is left.
+    here = turn_at(make_start(np.array([1.0, 2.0, 0.3]), 0.0, 0.0), np.array([1.0, 2.0, 0.3]))
+    assert driving_on(here, 0.15) is here
