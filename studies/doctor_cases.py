@@ -27,7 +27,7 @@ import yaml
 
 HERE = Path(__file__).parent / "doctor_cases"
 HALVES = (HERE / "development.yaml", HERE / "test.yaml")
-FRESH = tuple(HERE / f"fresh{number}.yaml" for number in ("", "_two", "_three", "_four"))
+FRESH = tuple(sorted(HERE.glob("fresh*.yaml")))
 SEED = 43
 
 
