@@ -14,8 +14,8 @@ What is asked was written down before it was driven; the one-sided 95% limits te
   encounters for each speed, clearing beams, no room, each driven once;
 - the same shares again: seeds 351, 352 and so on, 60 encounters for each speed and seed, as many as
   the time allows; they count together, and the page tells them beside those of seed 34;
-- once more, for the code of then: seeds 3601 to 3620, 250 encounters for each speed and seed (10,000
-  in all), clearing beams, no room; the shares must be reached on each side (ahead, left, behind,
+- once more, for the code of then: seeds 3601 to 3620, 250 encounters for each speed and seed:
+  10,000, clearing beams, no room; the shares must be reached on each side (ahead, left, behind,
   right), too, and the rows stay in docs/harmony_encounters.csv;
 - with Nav2's map in the hall and in the ward: the same shares, seed 35, 160 for each speed; below
   these shares, or if fewer than 30 touch, the page does not say that it works there.
