@@ -10,6 +10,14 @@ from numba import njit
 TWO_PI = 2.0 * math.pi
 
 
+def absolute_turns(start, end):
+    """Returns the sizes of the shortest turns from one heading to another, 0 to pi, rad.
+
+    start, end: scalars or arrays, of which NumPy makes one shape.
+    """
+    return np.abs(np.remainder(end - start + math.pi, TWO_PI) - math.pi)
+
+
 @njit(cache=True)
 def wrap(angle):
     """Wraps a scalar angle into (-pi, pi]; an angle already inside is returned bit for bit."""
