@@ -42,7 +42,7 @@ OLD = {
     "unless": "value",
     "insert_block": "name",
 }
-# Of xacro itself: each expansion puts functions of its own in their places.
+# The functions of xacro, in whose places each expansion puts its own.
 PARSE, CALL_MACRO = xacro.parse, xacro.handle_macro_call
 
 
