@@ -75,9 +75,9 @@ def ways_back(suspicions: Sequence[Suspicion], facts: Facts) -> list[Suspicion]:
         back |= {way.cause.key: way for way in ways}
     if count > MOST_BACK:
         return []
-    limits = (d for d in _differences(facts) if d.score == FAR_OWN_SCORE)
-    own = [d for d in limits if d.cause.place != facts.speed_place and d.cause.key not in back]
-    back |= {limit.cause.key: limit for limit in own[: MOST_BACK - count]}
+    far = (d for d in _differences(facts) if d.score == FAR_OWN_SCORE)
+    limits = [d for d in far if d.cause.place != facts.speed_place and d.cause.key not in back]
+    back |= {limit.cause.key: limit for limit in limits[: MOST_BACK - count]}
     found: dict[tuple[str, Direction], Suspicion] = {}
     for suspicion in suspicions:
         cause = suspicion.cause
