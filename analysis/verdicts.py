@@ -156,29 +156,22 @@ def verdict(
     confidence = confidence_of_each(len(others))
     once = repeated if entry.is_repeatable else frozenset()
     gaps = {
-        other: gap(
-            values[leader],
-            values[other],
-            is_higher_better=entry.better is Better.HIGHER,
-            relevant=entry.relevant,
-            confidence=confidence,
-            is_one_trial=once >= {leader, other},
+        other: _gap_to(
+            values, leader, other, entry, confidence, is_one_trial=once >= {leader, other}
         )
         for other in others
     }
-    behind = [other for other in others if gaps[other].is_shown]
     level = [other for other in others if gaps[other].is_level]
-    leaders = [leader, *(other for other in others if other not in behind)]
+    leaders = [leader, *(other for other in others if not gaps[other].is_shown)]
     if len(leaders) == 1:
-        has_touched = leader in touches and anyone_arrived
-        standing = FirstPlace.TOUCHED if has_touched else FirstPlace.BEST
-        place = "first" if has_touched else "best" if anyone_arrived else EXTREMES[entry.better]
-        text = f"{leader} is {place}: {_number(means[leader], entry.unit)}; "
-        text += f"next {others[0]}, {_gap(gaps[others[0]].comparison, entry.unit)}"
-        if once >= {leader, others[0]}:
-            text += f" ({NOTHING_RANDOM})"
-        if has_touched:
-            count = counted(touches[leader], "trial")
+        touched = touches.get(leader, 0) if anyone_arrived else 0
+        standing = FirstPlace.TOUCHED if touched else FirstPlace.BEST
+        place = "first" if touched else "best" if anyone_arrived else EXTREMES[entry.better]
+        note = f" ({NOTHING_RANDOM})" if once >= {leader, others[0]} else ""
+        text = f"{leader} is {place}: {_number(means[leader], entry.unit)}; next {others[0]}, "
+        text += f"{_gap(gaps[others[0]].comparison, entry.unit)}{note}"
+        if touched:
+            count = counted(touched, "trial")
             text += f"; but {leader} touched something in {count}, so that nobody is best"
     elif leaders == [leader, *level]:
         standing = FirstPlace.LEVEL
@@ -193,6 +186,26 @@ def verdict(
         standing = FirstPlace.NO_CONTEST
     text += _note_on_missing(values, list(means.index), anyone_arrived=anyone_arrived)
     return MetricVerdict(scenario, entry.name, standing, tuple(means.index), tuple(leaders), text)
+
+
+def _gap_to(
+    values: pd.DataFrame,
+    leader: str,
+    other: str,
+    entry: Metric,
+    confidence: float,
+    *,
+    is_one_trial: bool,
+) -> Gap:
+    """Returns the gap of another controller to the leader. values: by seed and controller."""
+    return gap(
+        values[leader],
+        values[other],
+        is_higher_better=entry.better is Better.HIGHER,
+        relevant=entry.relevant,
+        confidence=confidence,
+        is_one_trial=is_one_trial,
+    )
 
 
 def _how_close(

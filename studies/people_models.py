@@ -19,7 +19,8 @@ from drake_navbench.analysis.figures.style import figure_style, new_figure, writ
 from drake_navbench.inputs.people import OrcaSettings
 from drake_navbench.kernels import walking
 from drake_navbench.kernels.arrays import Array
-from drake_navbench.kernels.orca import linked_edges, step_orca
+from drake_navbench.kernels.orca import step_orca
+from drake_navbench.kernels.orca_edges import linked_edges
 from drake_navbench.kernels.social_force import step_people
 from drake_navbench.kernels.walking import VX, YAW, X, Y
 from drake_navbench.trial.systems.walking_people import PEOPLE_PERIOD_S

@@ -48,6 +48,16 @@ def test_runs_are_listed_with_what_they_are_the_newest_last(results, capsys):
     )
 
 
+def test_a_run_of_one_trial_is_called_so(results, capsys):
+    for name, trials in (("a", 1), ("b", 2)):
+        folder = results / name / "trials" / "empty" / "rpp"
+        folder.mkdir(parents=True)
+        for number in range(trials):
+            (folder / f"trial_{number}.parquet").touch()
+    lines = [line for line in told(capsys)[1] if "in empty" in line]
+    assert lines == ["  rpp, dwb in empty; 2 trials", "  rpp, dwb in empty; 1 trial"]
+
+
 def test_runs_are_in_the_order_of_time_wherever_they_were_driven(results, capsys):
     # 11:30 in New York is 15:30 in UTC, after 14:00 in UTC.
     for name, created in (

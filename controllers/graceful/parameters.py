@@ -220,7 +220,7 @@ class GracefulParameters(ControllerParameters):
     def is_without_effect(cls, name: str, values: Mapping[str, Any] | None = None) -> bool:
         """See the base class; also the least lookahead, which Lyrical reads without effect."""
         release = release_in(values)
-        is_idle = name == MIN_LOOKAHEAD and release == NEWEST_RELEASE
+        is_idle = name == MIN_LOOKAHEAD and release >= Release.LYRICAL
         return is_idle or super().is_without_effect(name, values)
 
     @model_validator(mode="before")

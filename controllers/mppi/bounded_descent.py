@@ -26,6 +26,7 @@ _MOST_HALVINGS = 10
 _ROUNDING = 1e-12
 # Added to second derivatives that are not positive definite: first value, then growth.
 _FIRST_DAMPING, _DAMPING_GROWTH, _MOST_DAMPING = 1e-3, 4.0, 1e8
+# A squared pivot below this counts as not positive.
 _LEAST_PIVOT = 1e-10
 # A bound's multiplier stays within this factor of the barrier's own, as IPOPT's kappa_sigma.
 _SPREAD = 1e10

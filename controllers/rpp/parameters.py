@@ -199,8 +199,8 @@ class RegulatedPurePursuitParameters(PursuitParameters):
     def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:
         """Returns the unread parameters, also `max_linear_vel` where the older name counts."""
         not_read = super().keys_not_read(values)
-        is_newest = release_in(values) == NEWEST_RELEASE
-        if SPEED in values and (OLDER_SPEED in values or not is_newest):
+        is_older = release_in(values) < Release.LYRICAL
+        if SPEED in values and (OLDER_SPEED in values or is_older):
             not_read.append(SPEED)
         return not_read
 

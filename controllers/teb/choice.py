@@ -26,6 +26,7 @@ MOST_TIME_FOR_CLEARANCE_RATIO = 0.5
 # one: about 4 ms. A band that is driven on takes a fifth of it.
 ENOUGH_WORK = 1000
 
+# A candidate, and the band that the solver made of it.
 Tried = tuple[Candidate, PlannedBand]
 
 

@@ -72,7 +72,8 @@ def plan_passage(
 def best_clearances(field, discs, poses, clearances, enough):
     """Returns (P,) m: the largest clearance at each pose (P, 3) or straight to its left or right.
 
-    clearances: (P,) m at the poses themselves. The robot is moved sideways by half a cell at a time
+    discs: (D, 2) offset along x and radius of the robot's discs, m. clearances: (P,) m at the poses
+    themselves. The robot is moved sideways by half a cell at a time
     until it has `enough` m, has moved by as much, or touches an obstacle.
     """
     best = clearances.copy()

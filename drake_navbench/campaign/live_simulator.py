@@ -23,12 +23,12 @@ from drake_navbench.trial.trial import simulate
 COLUMN = "live"
 # Facts of the log that are printed: key, and a text for the value.
 TOLD = (
-    ("command_count", "{} commands received"),
+    ("command_count", "commands received: {}"),
     ("clock_late_p99_ms", "99 of 100 steps of /clock were at most {} ms late"),
-    ("clock_stall_count", "{} stalls of the clock"),
-    ("missed_command_count", "{} times no command came in time"),
-    ("restart_count", "the stack was started anew {} times"),
-    ("lost_message_count", "{} messages lost, as a listener had stopped reading"),
+    ("clock_stall_count", "stalls of the clock: {}"),
+    ("missed_command_count", "commands that did not come in time: {}"),
+    ("restart_count", "times that the stack was started anew: {}"),
+    ("lost_message_count", "messages lost, as a listener had stopped reading: {}"),
 )
 
 

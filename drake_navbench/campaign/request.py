@@ -266,12 +266,13 @@ class Request(FrozenModel):
 
     def _scenarios(self, robot: Robot, further: Sequence[Robot]) -> list[str | Scenario]:
         scenarios: list[str | Scenario] = list(self.scenarios)
-        if self.map_task is not None:
-            warn_of_degrees({"--start": self.map_task.start, "--goal": self.map_task.goal})
-        if self.map_task is not None and self.map_task.map and not self.map_task.worlds:
-            scenarios += self._tasks_on_map(self.map_task, self.map_task.map, robot, further)
-        if self.map_task is not None:
-            scenarios += self._tasks_in_worlds(self.map_task, robot, further)
+        task = self.map_task
+        if task is not None:
+            warn_of_degrees({"--start": task.start, "--goal": task.goal})
+            if task.worlds:
+                scenarios += self._tasks_in_worlds(task, robot, further)
+            elif task.map:
+                scenarios += self._tasks_on_map(task, task.map, robot, further)
         if self.barn is not None:
             scenarios += barn_scenarios(Path(self.barn.folder), self.barn.worlds)
         return scenarios
@@ -279,8 +280,6 @@ class Request(FrozenModel):
     def _tasks_in_worlds(
         self, task: MapTask, robot: Robot, further: Sequence[Robot]
     ) -> list[Scenario]:
-        if not task.worlds:
-            return []
         from drake_navbench.inputs.gazebo_world import load_gazebo_world, scenario_in_world
         from drake_navbench.inputs.goal_tasks import given_world_tasks
         from drake_navbench.inputs.world_on_map import warn_of_other_world

@@ -258,7 +258,8 @@ def _drive(
     for entry in undriven:
         print_error(undriven_line(entry))
     if undriven:
-        print_error(f"{len(undriven)} trials were not driven; {_resuming(folder)} drives them")
+        count = counted(len(undriven), "trial")
+        print_error(f"{count} not driven; {_resuming(folder)} drives the rest")
     return trials, bool(undriven), wall_s
 
 

@@ -12,6 +12,7 @@ import pandas as pd
 from drake_navbench.analysis.compare import FolderComparison, compare_folders
 from drake_navbench.analysis.folder_analysis import analyse_folder
 from drake_navbench.analysis.metrics.registry import all_metrics
+from drake_navbench.analysis.numbers import counted
 from drake_navbench.analysis.repeats import repeated_cells, repeated_controllers
 from drake_navbench.analysis.verdicts import comparable_trials, touch_counts, verdict
 from drake_navbench.errors import InputError, nearest_name_hint
@@ -56,7 +57,7 @@ class Results:
         told = ", ".join(f"{count} {outcome}" for outcome, count in self._outcomes().items())
         # The name of a temporary folder differs each time, and says nothing.
         place = self.path if self._temporary is None else "in a temporary folder"
-        return f"Results({len(self.trials)} trials: {told}; {place})"
+        return f"Results({counted(len(self.trials), 'trial')}: {told}; {place})"
 
     def _repr_html_(self) -> str:
         """Returns the success rates by scenario and controller as an HTML table, for notebooks."""

@@ -34,19 +34,22 @@ class Axis:
     """A swept field: `column.parameter`, or a field of the robot or the scenario, and its values.
 
     text: the user's text, for errors. values: the values of a grid, () where only bounds are given.
-    bounds: low and high of a range, None for a list.
+    bounds: low and high of a range, None for a list. is_log: spaced by a constant factor.
     """
 
     text: str
     field: str
     values: tuple[Any, ...]
     bounds: tuple[float, float] | None = None
+    is_log: bool = False
 
     def at(self, share: float) -> Any:
         """Returns the value at a share of the axis, from 0 to below 1."""
         if self.bounds is None:
             return self.values[int(share * len(self.values))]
         low, high = self.bounds
+        if self.is_log:
+            return _rounded(low * (high / low) ** share)
         return _rounded(low + share * (high - low))
 
 
@@ -91,7 +94,7 @@ def parse_axis(text: str, option: str = "--sweep") -> Axis:
     if all(WHOLE.fullmatch(end) for end in found.group(1, 2)):
         # A parameter that counts takes no 5.0.
         on_grid = [int(value) if value.is_integer() else value for value in on_grid]
-    return Axis(text, field, tuple(on_grid), (low, high))
+    return Axis(text, field, tuple(on_grid), (low, high), bool(found.group(4)))
 
 
 def _number(text: str, source: str) -> float:

@@ -1,6 +1,6 @@
 """Code that all commands share: exit statuses, types of arguments, and the format of errors.
 
-Imports the standard library only, so that --help is quick.
+Imports the standard library and `errors` only, so that --help is quick.
 """
 
 from __future__ import annotations

@@ -13,11 +13,13 @@ from drake_navbench.commands.command_line import (
     print_text,
     whole_number,
 )
+from drake_navbench.errors import InputError
 
 EPILOG = """\
 examples:
   drake-navbench studio                 the current folder
   drake-navbench studio my_robot --port 5010 --no-browser
+  drake-navbench studio --map map.yaml --goals waypoints.yaml
 
 The pages are served on this machine alone, at an address with a secret in it.
 Nothing outside FOLDER is read or written. Ctrl-C ends it.
@@ -43,6 +45,8 @@ def build_parser() -> argparse.ArgumentParser:
         metavar="FOLDER",
         nargs="?",
     )
+    option("--map FILE", "map in FOLDER, for --goals", Path)
+    option("--goals FILE", "file of places; the ways between them on the map can be opened", Path)
     option("--port N", "port of the pages (any free one)", whole_number, 0)
     option("--no-browser", "print the address, open no browser")
     return parser
@@ -51,6 +55,8 @@ def build_parser() -> argparse.ArgumentParser:
 def _studio(arguments: argparse.Namespace) -> None:
     from drake_navbench.studio.yaml_text import require_studio_libraries
 
+    if (arguments.map is None) != (arguments.goals is None):
+        raise InputError("--map: expected --goals FILE with it, and --goals only with --map")
     require_studio_libraries()
     from drake_navbench.studio.engine import load_workers
 
@@ -67,7 +73,14 @@ def _studio(arguments: argparse.Namespace) -> None:
 
             webbrowser.open(address)
 
-    serve(OpenFolder.at(arguments.folder), arguments.port, told)
+    folder = OpenFolder.at(arguments.folder)
+    ways = {}
+    if arguments.goals is not None:
+        from drake_navbench.studio.desk import DEFAULT_ROBOT
+        from drake_navbench.studio.goal_ways import ways_between
+
+        ways = ways_between(folder, arguments.map, arguments.goals, DEFAULT_ROBOT)
+    serve(folder, arguments.port, told, ways)
 
 
 main = command(build_parser, _studio)

@@ -15,6 +15,7 @@ from drake_navbench.commands.command_line import (
     Options,
     exit_status_of,
     listed_names,
+    number_or_file,
     positive_number,
     whole_number,
 )
@@ -84,7 +85,13 @@ def _add_subject(parser: argparse.ArgumentParser) -> None:
         "held out",
         Path,
     )
-    option("--goals N", "number of tasks to draw on the map", positive_number, 0)
+    option(
+        "--goals N|FILE",
+        "number of tasks to draw on the map, or a file of places between which the search drives; "
+        "the held-out tasks are drawn in both cases",
+        number_or_file,
+        0,
+    )
     option(
         "--objectives LIST",
         "objectives: some of time, clearance, jerk, turning_jerk, path_error, length "

@@ -111,7 +111,8 @@ class LocalizationSettings(QuietModel):
     jump_time_s: Duration = Field(
         5.0,
         ge=0.0,
-        description="Time at which the localized pose jumps, for good [s]; null: never.",
+        description="Time at which the localized pose jumps, for good [s]; with jump_m and "
+        "jump_yaw_rad 0 nothing jumps.",
     )
     jump_m: Length = Field(
         0.0,

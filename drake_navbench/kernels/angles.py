@@ -7,7 +7,18 @@ import math
 import numpy as np
 from numba import njit
 
+from drake_navbench.kernels.arrays import Array
+
 TWO_PI = 2.0 * math.pi
+
+
+def absolute_turns(start: float | Array, end: float | Array) -> Array:
+    """Returns the sizes of the shortest turns from one heading to another, 0 to pi, rad.
+
+    start, end: scalars or arrays, of which NumPy makes one shape.
+    """
+    turns: Array = np.abs(np.remainder(end - start + math.pi, TWO_PI) - math.pi)
+    return turns
 
 
 @njit(cache=True)

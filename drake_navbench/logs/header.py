@@ -45,10 +45,7 @@ class _Header(FrozenModel):
 
 def read_info(path: Path) -> dict[str, Any]:
     """Returns a log's header, as `TrialLog.info`; raises InputError where the file has none."""
-    try:
-        return header_of(pq.read_metadata(path).metadata, path)
-    except (OSError, UnicodeDecodeError, pa.ArrowException) as error:
-        raise InputError(f"{path}: not a readable trial log: {as_line(str(error))}") from error
+    return header_of(_footer(path).metadata, path)
 
 
 def has_samples(path: Path) -> bool:
@@ -56,8 +53,17 @@ def has_samples(path: Path) -> bool:
 
     Raises InputError where the file has none.
     """
-    read_info(path)
-    return bool(pq.read_metadata(path).num_rows)
+    footer = _footer(path)
+    header_of(footer.metadata, path)
+    return bool(footer.num_rows)
+
+
+def _footer(path: Path) -> pq.FileMetaData:
+    """Returns the footer of a Parquet file; raises InputError where it cannot be read."""
+    try:
+        return pq.read_metadata(path)
+    except (OSError, UnicodeDecodeError, pa.ArrowException) as error:
+        raise InputError(f"{path}: not a readable trial log: {as_line(str(error))}") from error
 
 
 def header_of(metadata: Mapping[bytes, bytes] | None, path: Path) -> dict[str, Any]:

@@ -51,7 +51,7 @@ def run_of(path: Path) -> Run:
         path.name,
         str(manifest.get("created", "")),
         tags_of(path),
-        _shortened(f"{', '.join(columns)} in {where}; {trials} trials"),
+        _shortened(f"{', '.join(columns)} in {where}; {trials} trial{'s' * (trials != 1)}"),
         str(manifest.get("verdict", "")),
     )
 

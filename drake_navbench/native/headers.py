@@ -29,8 +29,6 @@ BUILT_IN_TYPES: Mapping[str, str] = {
 _FIELD = re.compile(
     r"(?P<type>[\w/]+)(?:<=\d+)?(?P<array>\[(?:<=)?\d*\])?\s+(?P<name>\w+)\s*(?P<rest>.*)"
 )
-
-
 # The path of a generated header lies below the folder of all of them: no `..`, not absolute.
 _HEADER = re.compile(r"\w[\w.-]*(?:/\w[\w.-]*)+")
 
@@ -98,7 +96,10 @@ def cpp_text(text: str) -> str:
 
 
 def message_header(package: str, path: Path) -> str:
-    """Returns a message definition as the C++ struct that ROS would make; raises InputError."""
+    """Returns a message definition as the C++ struct that ROS would make; raises InputError.
+
+    Arrays begin empty or as zeros: their default values are left out.
+    """
     name, fields, constants, used = path.stem, [], [], set()
     for line in _lines(text_of(path)):
         found = _FIELD.fullmatch(line)

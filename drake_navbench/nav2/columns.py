@@ -10,7 +10,7 @@ from drake_navbench.inputs.presets import Preset
 from drake_navbench.nav2.controllers import NoCounterpart, plugin_type_of
 from drake_navbench.nav2.node_reader import similar_name_hint
 from drake_navbench.nav2.parameters import Node
-from drake_navbench.plugins.releases import NEWEST_RELEASE, RELEASE_FIELD, release_in
+from drake_navbench.plugins.releases import RELEASE_FIELD, Release, release_in
 from drake_navbench.typed_files.dotted_names import flattened, nested
 
 # The block in which a rotation shim has its primary controller's parameters since Lyrical.
@@ -55,7 +55,7 @@ def _rows(server: Node, plugin: str, preset: Preset) -> list[CheckRow]:
             rows.append(_row(Status.UNREAD, server, full, f"{release} does not read it"))
         elif name in others_count and name in model.model_fields:
             remark = "the parameter's older name overrides it"
-            if release != NEWEST_RELEASE:
+            if release < Release.LYRICAL:
                 remark = f"{release} does not read it"
             rows.append(_row(Status.UNREAD, server, full, remark))
         elif model.is_without_effect(name, preset.values) or bare == "transform_tolerance":

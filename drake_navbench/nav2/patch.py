@@ -125,7 +125,7 @@ def _set(text: str, place: Place, value: Any, path: Path) -> str:
         value = _of_the_same_type(value, found.value)
         if _is_same(found.value, value):
             return text
-    for attempt in _attempts(text, place, value, sections, path):
+    for attempt in _attempts(text, place, value, sections):
         if _changes_only(text, attempt, place, value, path):
             return attempt
     raise InputError(
@@ -155,9 +155,7 @@ def _is_same(first: Any, second: Any) -> bool:
     return type(first) is type(second) and bool(first == second)
 
 
-def _attempts(
-    text: str, place: Place, value: Any, sections: tuple[Section, ...], path: Path
-) -> Iterator[str]:
+def _attempts(text: str, place: Place, value: Any, sections: tuple[Section, ...]) -> Iterator[str]:
     """Yields texts that may have the parameter set, the nearest to the file first."""
     blocks = [
         block

@@ -28,6 +28,7 @@ def module_of(path: Path, content: bytes, sha256: str, kind: str, who: str) -> M
     # Dataclasses and pydantic look a class's module up by its name.
     sys.modules[name] = module
     try:
+        # Back to the user's folder, wherever the file goes.
         with contextlib.chdir("."):
             exec(compile(content, str(path), "exec"), module.__dict__)
     except BaseException as error:

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+from collections.abc import Mapping
 from concurrent.futures import Future
 from dataclasses import dataclass
 from datetime import datetime
@@ -28,10 +29,13 @@ MAX_LOGS = 300
 
 
 class Desk:
-    """The state of a studio; it outlives its pages, which may be closed and opened again."""
+    """The state of a studio; it outlives its pages, which may be closed and opened again.
 
-    def __init__(self, folder: OpenFolder) -> None:
-        self.folder = folder
+    ways: the content of scenarios that the command line names, by name.
+    """
+
+    def __init__(self, folder: OpenFolder, ways: Mapping[str, Mapping[str, Any]]) -> None:
+        self.folder, self.ways = folder, ways
         self.engine = Engine()
         self.jobs = Jobs()
         self.robot = DEFAULT_ROBOT

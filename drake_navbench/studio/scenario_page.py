@@ -112,6 +112,7 @@ class ScenarioPage(Page):
             CHOOSE,
             FLOOR,
             *((f"file:{name}", name) for name in files_of(folder, "scenario")),
+            *((f"way:{n}", f"new: {w['description']}") for n, w in self._desk.ways.items()),
             *((f"map:{name}", f"new: on {name}") for name in files_of(folder, "map")),
             *((f"world:{name}", f"new: in {name}") for name in folder.names(WORLD_SUFFIXES)),
             *((f"built-in:{name}", f"copy of {name}") for name in SCENARIO_FILES.names),
@@ -127,11 +128,15 @@ class ScenarioPage(Page):
 
     def _open(self, kind: str, name: str) -> None:
         scenario = self._desk.scenario
-        if kind != "world":
+        if kind not in ("way", "world"):
             scenario.open(kind, name)
             self._opened()
             return
         scenario.require_saved(kind, name)
+        if kind == "way":
+            scenario.open_new(self._desk.ways[name], f"{name}.yaml")
+            self._opened()
+            return
         path = self._desk.folder.inside(name)
         robot = self._desk.robot_argument()
 

@@ -161,11 +161,16 @@ def bound(port: int) -> socket.socket:
     return one
 
 
-def serve(folder: OpenFolder, port: int, told: Callable[[str], None]) -> None:
+def serve(
+    folder: OpenFolder,
+    port: int,
+    told: Callable[[str], None],
+    ways: Mapping[str, Mapping[str, Any]] | None = None,
+) -> None:
     """Serves a studio until Ctrl-C or a signal to end.
 
-    told: gets the address. Raises InputError where the port is taken or another studio has the
-    folder.
+    told: gets the address. ways: scenarios to open, as from `ways_between`. Raises InputError where
+    the port is taken or another studio has the folder.
     """
     # A column of inputs may be empty for a while.
     silence(EMPTY_LAYOUT)
@@ -183,7 +188,7 @@ def serve(folder: OpenFolder, port: int, told: Callable[[str], None]) -> None:
             import_module(f"drake_navbench.studio.{module}")
 
     with bound(port) as listening, folder.lock(_lock_owner(listening)):
-        desk.append(Desk(folder))
+        desk.append(Desk(folder, ways or {}))
         try:
             pages = {name: partial(page, name) for name in PAGES}
             server = StudioServer(pages, folder, listening)

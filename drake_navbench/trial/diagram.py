@@ -185,20 +185,7 @@ def build_trial_diagram(
     filters = add_filters(wiring, maps.masks, signals.estimate, server)
 
     clearance = add_clearance(wiring, moving_world, signals, driver.costmap)
-    recorder = add_recorder(
-        builder,
-        navigator,
-        server,
-        moving_world,
-        signals,
-        command=command,
-        distances=clearance.GetOutputPort("distances"),
-        costmap=driver.costmap if observers.keeps_costmaps else None,
-    )
-    if observers.watch is not None:
-        add_viewer(
-            builder, observers.watch, navigator, server, moving_world, signals, driver.costmap
-        )
+    recorder = _add_recorder(wiring, driver, moving_world, signals, clearance, observers)
     if isinstance(navigator, TreeNavigator) and floors is not None:
         connect_floors(builder, navigator, builder.GetSystems())
 
@@ -269,6 +256,33 @@ def _add_driver(
     )
     command = add_command_chain(builder, robot, signals, command)
     return _Driver(navigator, server, command, local_costmap)
+
+
+def _add_recorder(
+    wiring: Wiring,
+    driver: _Driver,
+    moving_world: MovingWorld | None,
+    signals: Signals,
+    clearance: Clearance,
+    observers: Observers,
+) -> Recorder:
+    """Adds the recorder and, where somebody watches, the viewer."""
+    builder, navigator, server = wiring.builder, driver.navigator, driver.server
+    recorder = add_recorder(
+        builder,
+        navigator,
+        server,
+        moving_world,
+        signals,
+        command=driver.command,
+        distances=clearance.GetOutputPort("distances"),
+        costmap=driver.costmap if observers.keeps_costmaps else None,
+    )
+    if observers.watch is not None:
+        add_viewer(
+            builder, observers.watch, navigator, server, moving_world, signals, driver.costmap
+        )
+    return recorder
 
 
 def _state_of(base: Base, transport: FloorTransport | None) -> OutputPort:

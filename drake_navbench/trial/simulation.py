@@ -11,7 +11,6 @@ from pydrake.systems.analysis import (
     ApplySimulatorConfig,
     Simulator,
     SimulatorConfig,
-    SimulatorStatus,
 )
 from pydrake.systems.framework import Context, Diagram, EventStatus
 
@@ -35,7 +34,6 @@ from drake_navbench.trial.trial_log import make_log
 INTEGRATION = SimulatorConfig(
     integration_scheme="runge_kutta2", max_step_size=MAX_STEP_S, use_error_control=False
 )
-HAS_ENDED = SimulatorStatus.ReturnReason.kReachedTerminationCondition
 
 
 class TrialSimulation:

@@ -113,5 +113,5 @@ def _fields(model: type[BaseModel], prefix: str) -> Iterator[tuple[str, FieldInf
         if isinstance(inner, type) and issubclass(inner, BaseModel):
             yield from _fields(inner, f"{prefix}{name}.")
             continue
-        for known in {name, *getattr(field.validation_alias, "choices", ())}:
+        for known in dict.fromkeys((name, *getattr(field.validation_alias, "choices", ()))):
             yield f"{prefix}{known}", field

@@ -23,13 +23,13 @@ def results():
 
 def test_it_tells_itself_in_a_line_and_a_table(results):
     assert len(results) == 1
-    assert repr(results) == "Results(1 trials: 1 aborted; in a temporary folder)"
+    assert repr(results) == "Results(1 trial: 1 aborted; in a temporary folder)"
     assert "restricted_small" in results._repr_html_()
 
 
 def test_a_folder_that_stays_is_named(results):
     kept = Results(results.trials, Path("results/mine"))
-    assert repr(kept) == "Results(1 trials: 1 aborted; results/mine)"
+    assert repr(kept) == "Results(1 trial: 1 aborted; results/mine)"
 
 
 def test_a_log_is_found_by_its_names_and_a_wrong_one_is_one_line(results):

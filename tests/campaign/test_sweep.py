@@ -56,6 +56,17 @@ def test_a_latin_hypercube_has_one_point_in_each_part_of_each_axis():
     assert points != points_of(axes, samples=4, seed=2)
 
 
+def test_a_latin_hypercube_spaces_a_logarithmic_range_by_a_constant_factor():
+    points = points_of([parse_axis("a=0.01:100:3:log")], samples=4, seed=1)
+    # A quarter of the axis is a factor of ten.
+    assert [int(10.0 * p["a"]) > 0 for p in sorted(points, key=lambda p: p["a"])] == [
+        False, True, True, True,
+    ]  # fmt: skip
+    assert [bound < p["a"] <= 10 * bound for bound, p in zip(
+        (0.01, 0.1, 1.0, 10.0), sorted(points, key=lambda p: p["a"]), strict=True
+    )] == [True] * 4  # fmt: skip
+
+
 def sweep(*texts, scenarios=("empty",), presets=("rpp", "dwb"), samples=None, **options):
     points = swept_points(texts, samples=samples, seed=options.get("seed", 0))
     return plan_campaign(scenarios, presets, trials=2, points=points, **options)

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_navbench.inputs.people import OrcaSettings, People, Person, WalkingPeople
-from drake_navbench.kernels.orca import linked_edges, step_orca
+from drake_navbench.kernels.orca import step_orca
+from drake_navbench.kernels.orca_edges import linked_edges
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.walking import ASIDE, VX, VY, YAW, X, Y
 

@@ -6,9 +6,11 @@ from pathlib import Path
 import pytest
 import yaml
 from nav2_setups import read_nav2_files
+from nav2_texts import RPP, WHEELCHAIR
 
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.nav2.controllers import load_parameter_file
+from drake_navbench.nav2.nav2_setup import Nav2Setup
 
 
 @pytest.fixture
@@ -49,5 +51,20 @@ def setup_of(tmp_path):
             paths.append(tmp_path / f"nav2_{number}.yaml")
             paths[-1].write_text(textwrap.dedent(text))
         return read_nav2_files(paths, load_robot(base), base, values)
+
+    return read
+
+
+@pytest.fixture
+def read_as(tmp_path):
+    """A function from a release, a node and its parameters as text to what they make."""
+
+    def read(release: str, node: str, parameters: str, of_plugin: str = "") -> Nav2Setup:
+        file = tmp_path / "nav2.yaml"
+        if node == "controller_server":
+            own = of_plugin or f"plugin: {RPP!r}"
+            parameters += f", controller_plugins: [F], F: {{{own}}}"
+        file.write_text(f"{node}: {{ros__parameters: {{{parameters}}}}}\n")
+        return read_nav2_files([file], WHEELCHAIR, "wheelchair", release=release)
 
     return read

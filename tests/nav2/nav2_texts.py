@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from drake_navbench.inputs.check import CheckRow
+from drake_navbench.inputs.robot import load_robot
 from drake_navbench.nav2.nav2_setup import Nav2Setup
 
 DWB = "dwb_core::DWBLocalPlanner"
@@ -12,6 +13,8 @@ TEB = "teb_local_planner::TebLocalPlannerROS"
 GRACEFUL = "nav2_graceful_controller::GracefulController"
 SHIM = "nav2_rotation_shim_controller::RotationShimController"
 VECTOR_PURSUIT = "vector_pursuit_controller::VectorPursuitController"
+ALL = ("humble", "iron", "jazzy", "kilted", "lyrical")
+WHEELCHAIR = load_robot("wheelchair")
 COLUMN = f"""
 controller_server:
   ros__parameters:
@@ -39,3 +42,8 @@ def row_of(setup: Nav2Setup, parameter: str) -> CheckRow:
     """Returns the only row about a parameter."""
     (row,) = (row for row in setup.check.rows if row.parameter == parameter)
     return row
+
+
+def of_each(value_of) -> list:
+    """Returns a value for each release, the oldest first."""
+    return [value_of(release) for release in ALL]

@@ -66,10 +66,6 @@ class Hand:
         x, y = self.browser.evaluate(ON_FLOOR.format(x=place[0], y=place[1]))
         self.browser.drag((x, y), (x, y))
 
-    def tap_twice(self, place: tuple[float, float]) -> None:
-        for _ in range(2):
-            self.tap(place)
-
     def hold(self, place: tuple[float, float], seconds: float) -> None:
         """Clicks with a button that stays down."""
         x, y = self.browser.evaluate(ON_FLOOR.format(x=place[0], y=place[1]))

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
+from drake_navbench.commands import studio
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.scenario import SCENARIO_FILES
 from drake_navbench.studio import drawing
+from drake_navbench.studio.goal_ways import ways_between
 from drake_navbench.studio.messages import DrawnScenario
 from drake_navbench.studio.open_folder import OpenFolder
 from drake_navbench.studio.open_scenario import OpenScenario, files_of
 from drake_navbench.studio.scene_items import item_at, items_of
 from drake_navbench.studio.tasks import check_drawing, open_scenario
+
+MAPS = Path(__file__).parents[2] / "scenarios" / "maps"
 
 
 @pytest.fixture
@@ -129,3 +135,38 @@ def test_a_click_takes_the_pose_before_the_wall_and_the_smaller_before_the_large
     assert item_at(items, (1.1, 1.9)).place == ("world", "obstacles", 1)
     assert item_at(items, (-2.0, 0.0)).place == ("world", "obstacles", 0)
     assert item_at(items, (4.0, 2.0)) is None
+
+
+def test_the_ways_between_the_places_of_a_file_can_be_opened(tmp_path):
+    for suffix in (".yaml", ".png"):
+        (tmp_path / f"ward{suffix}").write_bytes((MAPS / f"ward{suffix}").read_bytes())
+    places = tmp_path / "places.yaml"
+    places.write_text(
+        "waypoints:\n- {x: 4.3, y: -1.5, yaw: 0.0}\n- {x: 7.6, y: -1.7, yaw: 0.0}\n"
+        "- {x: 9.3, y: 0.1, yaw: 1.5}\n"
+    )
+    folder = OpenFolder.at(tmp_path)
+    ways = ways_between(folder, tmp_path / "ward.yaml", places, "wheelchair")
+    assert [(way["start"], way["goal"]) for way in ways.values()] == [
+        ([4.3, -1.5, 0.0], [7.6, -1.7, 0.0]), ([7.6, -1.7, 0.0], [9.3, 0.1, 1.5]),
+    ]  # fmt: skip
+    scenario = OpenScenario(folder)
+    scenario.open_new(ways["ward_1"], "ward_1.yaml")
+    drawn = DrawnScenario(scenario.drawing.content, scenario.path).scenario()
+    assert drawn.world.map == "ward.yaml"
+    assert drawn.navigation_mode == "navigate_to_pose"
+
+
+def test_the_map_of_the_ways_lies_in_the_folder(tmp_path):
+    (tmp_path / "places.yaml").write_text("waypoints:\n- {x: 4.3, y: -1.5}\n- {x: 7.6, y: -1.7}\n")
+    with pytest.raises(InputError, match="lies outside"):
+        ways_between(
+            OpenFolder.at(tmp_path), MAPS / "ward.yaml", tmp_path / "places.yaml", "wheelchair"
+        )
+
+
+@pytest.mark.parametrize("option", ["--map", "--goals"])
+def test_map_and_places_are_given_together(option, tmp_path, capsys):
+    assert studio.main([str(tmp_path), option, "file.yaml"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line == "--map: expected --goals FILE with it, and --goals only with --map"

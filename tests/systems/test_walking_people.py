@@ -11,7 +11,7 @@ from drake_navbench.inputs.moving_obstacles import (
 )
 from drake_navbench.inputs.people import People, Person, WalkingPeople
 from drake_navbench.inputs.world import Box, Cylinder, World
-from drake_navbench.kernels.orca import ALONG_X, EDGE_VX, NEXT, linked_edges
+from drake_navbench.kernels.orca_edges import ALONG_X, EDGE_VX, NEXT, linked_edges
 from drake_navbench.kernels.walking import X, Y
 from drake_navbench.trial.systems.walking_people import PEOPLE_PERIOD_S, OrcaWalk, walk_of
 

@@ -209,9 +209,6 @@ def test_settings_with_plugins_survive_being_written_and_read(installed):
     assert Scenario.model_validate_json(task().model_dump_json()).plan == task().plan
 
 
-NAVIGATION = OVERRIDES["navigation"]
-
-
 @pytest.mark.parametrize(
     ("changes", "message"),
     [

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -12,7 +11,7 @@ from pydantic import Field
 from drake_navbench.controllers.dwb.critics.base import Critic, Verdict
 from drake_navbench.controllers.dwb.critics.parameters import CriticParameters
 from drake_navbench.controllers.dwb.scene import Scene, Situation
-from drake_navbench.kernels.angles import TWO_PI, wrap
+from drake_navbench.kernels.angles import absolute_turns, wrap
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.path_pruning import arc_length
 from drake_navbench.typed_files.quantities import Duration, Number
@@ -46,17 +45,13 @@ class RotateToGoalMemory(NamedTuple):
     rotating: bool = False
 
 
-def yaw_errors(yaws: Array, goal_yaw: float) -> Array:
-    """Returns the absolute turn left from every yaw to the goal's, rad."""
-    return np.abs(np.remainder(goal_yaw - yaws + math.pi, TWO_PI) - math.pi)
-
-
 @njit(cache=True)
 def yaws_at(poses, pose_counts, step_counts, step_s, time_s):
-    """Returns the yaw of every trajectory at a time >= 0, between poses on the shorter arc, rad.
+    """Returns (K,) rad: each trajectory's yaw at a time >= 0, on the shorter arc between poses.
 
-    Nav2 keeps the times of the poses as whole nanoseconds; the repeated end pose has the time of
-    the end.
+    poses: (K, N, 3) x m, y m, yaw rad. pose_counts, step_counts, step_s: (K,) the poses and steps
+    of each trajectory, and the length of its steps. Nav2 keeps the times of the poses as whole
+    nanoseconds; the repeated end pose has the time of the end.
     """
     wanted = int(time_s * NANOSECONDS_PER_SECOND)
     yaws = np.empty(poses.shape[0])
@@ -109,7 +104,7 @@ class RotateToGoal(Critic):
         velocities = scene.trajectories.velocities
         if not memory.in_window:
             return Verdict(np.zeros(len(velocities)))
-        yaw_error = yaw_errors(self._end_yaws(scene), scene.goal[2])
+        yaw_error = absolute_turns(self._end_yaws(scene), scene.goal[2])
         speed_squared = velocities[:, 0] ** 2 + velocities[:, 1] ** 2
         if memory.rotating:
             moves = (velocities[:, 0] != 0.0) | (velocities[:, 1] != 0.0)

@@ -29,8 +29,7 @@ def is_clearpath(path: Path) -> bool:
     if path.suffix not in (".yaml", ".yml"):
         return False
     head = read_head(path, HEAD_BYTES)
-    found = [re.search(mark, head, re.MULTILINE) for mark in (rb"^serial_number\s*:", MARKS)]
-    return None not in found
+    return all(re.search(mark, head, re.MULTILINE) for mark in (rb"^serial_number\s*:", MARKS))
 
 
 def platform_of(path: Path) -> str:

@@ -18,8 +18,9 @@ class Shape:
     kind and size: box, its size along x, y, z m; cylinder, cone, capsule, radius and length m;
     sphere, radius m; ellipsoid, half axes m; polyline, height m; mesh, scale along x, y, z; plane,
     the endless floor, none. corners: (K, 2) m, of a polyline. mesh: the file, None where it does
-    not exist; uri: its name. submesh: the only part of the mesh that counts, '' for all. name: as
-    in the file. colour: red, green, blue, alpha from 0 to 1; None: not given.
+    not exist; uri: its name. submesh: the only part of the mesh that counts, '' for all.
+    is_centred: whether its middle is moved to the origin. name: as in the file. colour: red, green,
+    blue, alpha from 0 to 1; None: not given.
     """
 
     kind: str

@@ -33,6 +33,17 @@ LINK = re.compile(r"<link\b")
 # Without such an element nothing is left that drives.
 WHEEL = re.compile(r"<joint\b[^>]*wheel", re.IGNORECASE)
 XML_SUFFIXES = (".xacro", ".urdf", ".xml", ".gazebo", ".sdf")
+# Elements that xacro once took without its prefix, and the attribute by which they are recognised.
+OLD = {
+    "property": "name",
+    "macro": "params",
+    "include": "filename",
+    "if": "value",
+    "unless": "value",
+    "insert_block": "name",
+}
+# The functions of xacro, in whose places each expansion puts its own.
+PARSE, CALL_MACRO = xacro.parse, xacro.handle_macro_call
 
 
 def expand(request: dict[str, Any]) -> dict[str, Any]:
@@ -116,18 +127,6 @@ def _chosen(
         if name in arguments and str(arguments[name]).lower() not in {"", *FLAGS}
     }
     return {name: told for name, told in found.items() if told and told[0] != arguments[name]}
-
-
-# Elements that xacro once took without its prefix, and the attribute by which they are recognised.
-OLD = {
-    "property": "name",
-    "macro": "params",
-    "include": "filename",
-    "if": "value",
-    "unless": "value",
-    "insert_block": "name",
-}
-PARSE, CALL_MACRO = xacro.parse, xacro.handle_macro_call
 
 
 class _Missing:
@@ -224,6 +223,7 @@ class _Arguments(dict[str, str]):
 
 
 def _expanded(path: Path, content: str, arguments: _Arguments, missing: _Missing) -> str:
+    """Returns a text expanded once; raises PackageNotFoundError, and InputError for all else."""
     xacro.parse, xacro.handle_macro_call = missing.parse, missing.call
     # After a failed attempt, xacro still stands in the file in which it failed.
     xacro.init_stacks(None)

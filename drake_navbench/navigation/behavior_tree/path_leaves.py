@@ -12,11 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 from py_trees.common import Status
 
+from drake_navbench.kernels.angles import absolute_turns
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.navigation.behavior_tree.board import PATH, Board
 from drake_navbench.navigation.behavior_tree.leaves import REMAINING_PATH, Leaf, nearest_index
 from drake_navbench.plugins.releases import Release
 
+# (N, 3): x m, y m, yaw rad in the map frame.
 Path = NDArray[np.float64]
 
 
@@ -106,7 +108,7 @@ class TruncatePathLocal(PathCut):
         pose = self.board.inputs.pose
         if self._angle_weight_m == 0.0 and self.board.release > Release.HUMBLE:
             return nearest_index(path, pose)
-        turns = self._angle_weight_m * _turns_between(path[:, 2], pose[2])
+        turns = self._angle_weight_m * absolute_turns(pose[2], path[:, 2])
         offsets = np.hypot(path[:, 0] - pose[0], path[:, 1] - pose[1])
         distances_m = np.hypot(offsets, turns)
         if self.board.release is Release.HUMBLE:
@@ -132,11 +134,6 @@ class ConcatenatePaths(Leaf):
             return Status.FAILURE
         self.board.write_path(self._result, read_only(np.vstack(parts)))
         return Status.SUCCESS
-
-
-def _turns_between(headings: NDArray[np.float64], heading: float) -> NDArray[np.float64]:
-    """Returns the shortest turns between headings, rad, without their sign."""
-    return np.abs(np.remainder(headings - heading + math.pi, 2.0 * math.pi) - math.pi)
 
 
 def _count_within(path: Path, distance_m: float) -> int:

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from drake_navbench.analysis.replay.pages import write_race_replay
 from drake_navbench.logs.log import TrialLog
-from drake_navbench.studies.doctor.change import Judged
 from drake_navbench.studies.doctor.driving import FRESH_SEED, Driver, probe_of, severity
 from drake_navbench.studies.doctor.files import Patient
+from drake_navbench.studies.doctor.judged import Judged
 from drake_navbench.studies.doctor.offer import Kind
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.visit import BY_WEIGHT

@@ -4,18 +4,24 @@ It is judged once on all probes. Probes that the search has driven get fresh see
 keep the first look's seeds: the unchanged file was driven there before any change was chosen, and
 the changed file has not been driven there. Where the budget ends it, the judgement rests on the
 trials so far, and tells how many it lacks.
+
+One further touch in all trials may be chance. If nothing else speaks against a change, it and the
+file as it is drive the probes with that touch again, with AGAIN_SEEDS seeds that nothing else has
+used. The touch counts against the change if more of these trials touch with it than without, or if
+there is no time for all of them; else it counts as chance, and the verdict tells it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from statistics import fmean
 
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.driving import (
+    AGAIN_SEED,
     FRESH_SEED,
     Driver,
     Row,
@@ -26,6 +32,7 @@ from drake_navbench.studies.doctor.driving import (
     shows,
 )
 from drake_navbench.studies.doctor.files import Patient
+from drake_navbench.studies.doctor.judged import LEAST_SHOWN, Again, Judged, best_of
 from drake_navbench.studies.doctor.probes import nearest_first
 from drake_navbench.studies.doctor.race import CHANCE, CUTS_SHORT
 from drake_navbench.studies.doctor.symptoms import Symptom
@@ -34,105 +41,14 @@ from drake_navbench.studies.doctor.tried import Tried, Verdict
 # Sets that are judged at most, the likeliest first.
 MOST_JUDGED = 3
 FRESH_SEEDS = 2
-# If fewer trials than this show the symptom before the change, the probes that showed it get more
-# seeds; if then still fewer do, no change is judged: what one trial shows may have been chance.
-LEAST_SHOWN, MORE_FRESH_SEEDS = 3, 8
+# If fewer trials than LEAST_SHOWN show the symptom before the change, the probes that showed it
+# get more seeds; if then still fewer do, none is judged: what one trial shows may be chance.
+MORE_FRESH_SEEDS = 8
+# Seeds of a probe in which one further touch is looked for again. A touch that comes in a quarter
+# of the trials is missed in 16 of these once in a hundred times, one in a tenth once in five.
+AGAIN_SEEDS = 16
 # What comes in place of an early end, and is compared where the file as it is ends early, too.
 ENDS = (*CUTS_SHORT, Symptom.GOAL_NOT_REACHED)
-
-
-@dataclass(frozen=True)
-class Judged:
-    """A change on fresh seeds. before, after: in how many trials each symptom is shown.
-
-    Trials that a touch or another of CUTS_SHORT ends before the change may miss what would follow:
-    most symptoms are compared over the rest, `compared`; ENDS and the treated symptom over all but
-    those with a touch; touches over all. before_target, after_target: likewise of the symptom, in
-    the probes that showed it, `showing`. instead: by symptom, in how many of the trials that are
-    not compared it is shown now. best: index of the trial of these probes in which the symptom
-    falls most. symptom: the one that the change is for. fails: whether the program failed in a
-    trial with the change, but not without. lacking: the trials for which there was no time.
-    undriven: the probes without a trial for want of time. same: the trials that stay the same to
-    the last digit. before_mean, after_mean: mean severity of the symptom in these probes.
-    """
-
-    tried: Tried
-    trial: Trial
-    trials: int
-    compared: int
-    before: Mapping[str, int]
-    after: Mapping[str, int]
-    before_target: int
-    after_target: int
-    target_trials: int
-    instead: Mapping[str, int]
-    showing: tuple[str, ...] = ()
-    best: int = 0
-    symptom: Symptom | None = None
-    fails: bool = False
-    lacking: int = 0
-    undriven: tuple[str, ...] = ()
-    same: int = 0
-    before_mean: float = 0.0
-    after_mean: float = 0.0
-
-    @property
-    def worse(self) -> list[str]:
-        """The symptoms that more trials show than before, a touch first."""
-        found = []
-        for name in self.before:
-            allowed = 0 if name == Symptom.COLLISION else CHANCE
-            if self.after[name] > self.before[name] + allowed:
-                found.append(name)
-        return sorted(found, key=lambda name: name != Symptom.COLLISION)
-
-    @property
-    def left(self) -> int:
-        """The number of symptoms that the trials show with the change, all together."""
-        return sum(self.after.values())
-
-    @property
-    def helps(self) -> bool:
-        """Whether the symptom is gone or rare, and no other one has come.
-
-        A touch outweighs everything: a change that takes touches away may bring another symptom.
-        """
-        if self.fails or not self.is_gone:
-            return False
-        if self.symptom is Symptom.COLLISION:
-            return Symptom.COLLISION not in self.worse
-        return not self.worse
-
-    @property
-    def is_trade(self) -> bool:
-        """Whether the symptom is gone, but others have come, none of which is a touch."""
-        is_cure = self.is_gone and not self.fails and not self.helps
-        return is_cure and Symptom.COLLISION not in self.worse
-
-    @property
-    def is_rare(self) -> bool:
-        """Whether too few trials show the symptom before the change to judge one."""
-        return self.before_target < LEAST_SHOWN
-
-    @property
-    def is_gone(self) -> bool:
-        """Whether at most half as many trials show the symptom, of enough to tell."""
-        return not self.is_rare and self.after_target <= self.before_target // 2
-
-
-def best_of(judged: Sequence[Judged]) -> Judged | None:
-    """Returns the helping change that brings the fewest other symptoms; None if no change helps.
-
-    Of several the one that leaves the fewest symptoms; a difference that may be chance is none, and
-    then the likelier cause stays first. A judgement that lacks trials may seem to leave fewer, so
-    it comes last.
-    """
-    helping = [entry for entry in judged if entry.helps]
-    helping = [entry for entry in helping if not entry.lacking] or helping
-    fewest = min((len(entry.worse) for entry in helping), default=0)
-    able = [entry for entry in helping if len(entry.worse) == fewest]
-    left = min((entry.left for entry in able), default=0)
-    return next((entry for entry in able if entry.left <= left + CHANCE), None)
 
 
 def judge(
@@ -221,11 +137,42 @@ def _judgement(
     everything = [these + more for these, more in zip(rows, further, strict=True)]
     whole = _judged(entry, entry.trial, everything, rows, symptom, tuple(own), bar)
     driven = {probe_of(row) for row in further[0]}
-    return replace(
+    whole = replace(
         whole,
         lacking=found.lacking + FRESH_SEEDS * len(rest) - len(further[0]),
         undriven=tuple(name for name in rest if name not in driven),
     )
+    if not whole.has_one_touch_more:
+        return whole
+    touching = [probe for name, probe in {**own, **rest}.items() if _touches_more(everything, name)]
+    return replace(whole, again=_again(both, touching, driver, seed=fresh + AGAIN_SEED))
+
+
+def _touches_more(rows: Sequence[Sequence[Row]], probe: str) -> bool:
+    """Tells whether more trials of a probe touch with a change. rows: before and after."""
+    before, after = (
+        sum(shows(row, Symptom.COLLISION) for row in these if probe_of(row) == probe)
+        for these in rows
+    )
+    return after > before
+
+
+def _again(
+    both: Sequence[Preset], probes: Sequence[Scenario], driver: Driver, *, seed: int
+) -> Again | None:
+    """Drives probes with and without a change to see touches again; None without the time."""
+    count = AGAIN_SEEDS * len(probes)
+    names = ", ".join(probe.name.removeprefix("probe_") for probe in probes)
+    driver.tell(
+        f"one further touch, in {names}: up to {2 * count} more trials tell whether it was chance, "
+        f"{driver.told_time(2 * count)}"
+    )
+    rows = driver.drive_nearest(both, probes, AGAIN_SEEDS, seed=seed)
+    if len(rows[0]) < count:
+        return None
+    before, after = (sum(shows(row, Symptom.COLLISION) for row in these) for these in rows)
+    driver.tell(f"  touches in {count} trials: {before} before the change, {after} with it")
+    return Again(count, before, after)
 
 
 def compared(

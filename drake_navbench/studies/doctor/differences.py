@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from fnmatch import fnmatchcase
+from itertools import chain
 
 from drake_navbench.studies.doctor.causes import Cause, Direction
 from drake_navbench.studies.doctor.cures import OTHER
@@ -40,7 +41,8 @@ CHECKS = ("*collision*", "*footprint*", "*obstacle*", "*marking*")
 # From these ratios to Nav2's values on a value is abnormal: any, and the robot's own limits of
 # motion and ranges, since the speeds of robots differ by less. In a file with more abnormal values
 # than `MOST_BACK` being abnormal tells nothing: of 111 public files with a known cure half have 13
-# and more, and the cure is one of these in 26.
+# and more, and the cure is one of these in 26. Two values that contradict each other count as one:
+# one of them is wrong.
 ABNORMAL, OWN_ABNORMAL, MOST_BACK = 1.6, 5.0, 3
 # The factor of moving a value of Nav2's to one with which it is at odds: the other is the likelier.
 OF_USUAL = 0.5
@@ -52,7 +54,7 @@ LIMITS, LISTS = ("controller.max_speed_xy",), ("velocity_smoother.max_velocity",
 def with_differences(suspicions: Sequence[Suspicion], facts: Facts) -> list[Suspicion]:
     """Returns the suspicions with those that the file's differences from Nav2 add, by score."""
     known = {(p, s.cause.direction) for s in suspicions for p in facts.matching(s.cause.place)}
-    found = [*_contradictions(facts), *_differences(facts)]
+    found = [*chain.from_iterable(_contradictions(facts)), *_differences(facts)]
     more = {s.cause.key: s for s in reversed(found) if s.cause.key not in known}
     return sorted([*suspicions, *reversed(more.values())], key=lambda s: -s.score)
 
@@ -64,13 +66,18 @@ def ways_back(suspicions: Sequence[Suspicion], facts: Facts) -> list[Suspicion]:
     than `MOST_BACK` values of the file are abnormal. If fewer are, limits of motion and ranges far
     from Nav2's count, too, but not the speed that the file asks for.
     """
-    back = {d.cause.key: d for d in _abnormal(facts)}
-    if len(back) > MOST_BACK:
+    alone = list(_abnormal(facts))
+    back = {way.cause.key: way for way in alone}
+    places = {way.cause.place for way in alone}
+    count = len(back)
+    for ways in _contradictions(facts):
+        count += places.isdisjoint(way.cause.place for way in ways)
+        back |= {way.cause.key: way for way in ways}
+    if count > MOST_BACK:
         return []
-    for other in _differences(facts):
-        if other.score == FAR_OWN_SCORE and other.cause.place != facts.speed_place:
-            back.setdefault(other.cause.key, other)
-    back = dict([*back.items()][:MOST_BACK])
+    far = (d for d in _differences(facts) if d.score == FAR_OWN_SCORE)
+    limits = [d for d in far if d.cause.place != facts.speed_place and d.cause.key not in back]
+    back |= {limit.cause.key: limit for limit in limits[: MOST_BACK - count]}
     found: dict[tuple[str, Direction], Suspicion] = {}
     for suspicion in suspicions:
         cause = suspicion.cause
@@ -85,7 +92,7 @@ def ways_back(suspicions: Sequence[Suspicion], facts: Facts) -> list[Suspicion]:
 
 
 def _abnormal(facts: Facts) -> Iterator[Suspicion]:
-    """Yields the differences that are large, and what contradicts the file itself."""
+    """Yields the differences that are large."""
     for found in _differences(facts):
         place = found.cause.place
         other = unusual_value(facts, place, least=ABNORMAL)
@@ -95,17 +102,16 @@ def _abnormal(facts: Facts) -> Iterator[Suspicion]:
             and (not is_own or abs(math.log(other.ratio)) >= math.log(OWN_ABNORMAL) - 1e-9)
         ):
             yield found
-    yield from _contradictions(facts)
 
 
-def _contradictions(facts: Facts) -> Iterator[Suspicion]:
-    """Yields ways out of the contradictions of a file, which are wrong for any robot."""
+def _contradictions(facts: Facts) -> Iterator[tuple[Suspicion, ...]]:
+    """Yields the ways out of each contradiction of a file, which is wrong for any robot."""
     yield from _speeds_that_differ(facts)
     yield from _costmaps_that_differ(facts)
 
 
-def _speeds_that_differ(facts: Facts) -> Iterator[Suspicion]:
-    """Yields ways out if the controller asks for a speed far from what the file lets drive.
+def _speeds_that_differ(facts: Facts) -> Iterator[tuple[Suspicion, ...]]:
+    """Yields the ways out if the controller asks for a speed far from what the file lets drive.
 
     Where a limit is too low, the speed that is asked for is lowered or the limit is raised.
     """
@@ -120,19 +126,19 @@ def _speeds_that_differ(facts: Facts) -> Iterator[Suspicion]:
     if asked > OTHER * least:
         why = f"The file lets nothing drive faster than {least:g} m/s."
         cause = Cause(facts.speed_place, Direction.DOWN, least, why, SOURCE)
-        yield Suspicion(cause, FAR_SCORE * _moved(facts, facts.speed_place), (why,))
+        lower = Suspicion(cause, FAR_SCORE * _moved(facts, facts.speed_place), (why,))
         why = f"The controller asks for {asked:g} m/s."
         to = asked if low in LIMITS else [asked, *facts[low][1:]]
         cause = Cause(low, Direction.UP, to, why, SOURCE)
-        yield Suspicion(cause, FAR_SCORE * _moved(facts, low), (why,))
+        yield lower, Suspicion(cause, FAR_SCORE * _moved(facts, low), (why,))
     elif least > FAR * asked:
         why = f"All else in the file lets the robot drive {least:g} m/s."
         cause = Cause(facts.speed_place, Direction.UP, least, why, SOURCE)
-        yield Suspicion(cause, FAR_OWN_SCORE, (why,))
+        yield (Suspicion(cause, FAR_OWN_SCORE, (why,)),)
 
 
-def _costmaps_that_differ(facts: Facts) -> Iterator[Suspicion]:
-    """Yields each number that differs between the costmaps, to be set to that of the other one.
+def _costmaps_that_differ(facts: Facts) -> Iterator[tuple[Suspicion, ...]]:
+    """Yields both numbers that differ between the costmaps, each to be set to the other one.
 
     Both see the same robot and sensors. Where both numbers are Nav2's, as of update_frequency, they
     differ on purpose.
@@ -150,11 +156,13 @@ def _costmaps_that_differ(facts: Facts) -> Iterator[Suspicion]:
         known = usual_values(facts.kinds)
         if all(known.get(p) and not unusual_value(facts, p, least=OTHER) for p, _ in places):
             continue
+        ways = []
         for place, to in places:
             up = Direction.UP if to > facts.number(place) else Direction.DOWN
             why = f"The other costmap has {to:g}."
             score = OTHER_SCORE * _moved(facts, place)
-            yield Suspicion(Cause(place, up, to, why, SOURCE), score, (why,))
+            ways.append(Suspicion(Cause(place, up, to, why, SOURCE), score, (why,)))
+        yield tuple(ways)
 
 
 def _moved(facts: Facts, place: str) -> float:

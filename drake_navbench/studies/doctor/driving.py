@@ -24,14 +24,19 @@ from drake_navbench.trial.spec import TrialSpec
 JOURNAL = "journal.jsonl"
 # A batch that takes longer tells how far it is, each time after so long, s.
 TELL_EVERY_S = 30.0
-# From so many trials on, their mean duration tells that of the rest.
+# From so many trials on, and from two of each worker on, those after each worker's first tell how
+# long the rest takes. The first one takes longer: workers begin, and kernels may be compiled.
 ENOUGH_TO_TELL = 4
+# A trial's duration before one was driven: for what a budget keeps, never told.
+GUESSED_TRIAL_S = 2.0
 Row = dict[str, Any]
 # From a visit's seed on: the seeds of the first look, of the search, and of the judgement. The
 # first look chooses the probes; its trials in the search would count the same luck twice.
 SEARCH_SEED, FRESH_SEED = 5 * 10**5, 10**6
 # From the search's seed on: those of a set of changes that the search's own trials have chosen.
 TOGETHER_SEED = 10**5
+# From the judgement's seed on: those that tell whether one further touch was chance.
+AGAIN_SEED = 10**5
 
 
 class OutOfTime(Exception):
@@ -81,14 +86,17 @@ class Driver:
 
     @property
     def trial_s(self) -> float:
-        """The mean duration of a trial so far, all workers together, s; 2 s before the first."""
-        return self._driving_s / self.driven if self.driven else 2.0
+        """The mean duration of a trial so far, all workers together, s; at first a guess."""
+        return self._driving_s / self.driven if self.driven else GUESSED_TRIAL_S
 
     def told_time(self, trials: int) -> str:
-        """Returns the expected time of trials and the rest of the budget, in words."""
+        """Returns the expected time of trials and the rest of the budget, in words.
+
+        Before a trial was driven no time is told: the first ones will tell it.
+        """
         left_s = max(round(self._rest_s()), 0)
-        expected_s = max(round(trials * self.trial_s), 1)
-        return f"about {expected_s} s; left {left_s // 60}:{left_s % 60:02d} of the budget"
+        left = f"left {left_s // 60}:{left_s % 60:02d} of the budget"
+        return f"about {max(round(trials * self.trial_s), 1)} s; {left}" if self.driven else left
 
     def check(self, preset: Preset, probes: Sequence[Scenario], *, seed: int) -> None:
         """Raises InputError where a column cannot drive the probes."""
@@ -151,22 +159,29 @@ class Driver:
             self._drive_all(missing)
 
     def _drive_all(self, specs: Sequence[TrialSpec]) -> None:
-        """Drives trials until the budget is used up, and tells how far they are."""
-        began_s = told_s = self._clock()
-        done = 0
+        """Drives trials until the budget is used up, and tells how far they are.
+
+        The visit's first trials tell how long the others take, as soon as they are enough.
+        """
+        began_s = told_s = warm_s = self._clock()
+        done, is_first = 0, not self.driven
+        cold, enough = self._jobs, max(ENOUGH_TO_TELL, 2 * self._jobs)
 
         def on_row(spec: TrialSpec, row: Row) -> None:
-            nonlocal told_s, done
+            nonlocal told_s, warm_s, done
             self._keep(spec, row)
             done += 1
             if self.left_s <= 0.0:
                 raise OutOfTime
             now_s = self._clock()
-            if now_s - told_s >= TELL_EVERY_S and done < len(specs):
+            warm_s = now_s if done == cold else warm_s
+            is_due = now_s - told_s >= TELL_EVERY_S or (is_first and done == enough)
+            if is_due and done < len(specs):
                 told_s = now_s
-                rest_s = max(round((now_s - began_s) / done * (len(specs) - done)), 1)
-                # The first trials take longer: workers begin, and kernels may be compiled.
-                more = f": about {rest_s} s more" if done >= ENOUGH_TO_TELL else ""
+                more = ""
+                if done >= enough:
+                    rest_s = (now_s - warm_s) / (done - cold) * (len(specs) - done)
+                    more = f": about {max(round(rest_s), 1)} s more"
                 self.tell(f"  {done} of {len(specs)} trials driven{more}")
 
         with suppress(OutOfTime):

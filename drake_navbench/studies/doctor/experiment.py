@@ -13,9 +13,9 @@ from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studies.doctor.candidates import Candidate, Candidates
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.driving import TOGETHER_SEED, Driver
-from drake_navbench.studies.doctor.fewest import fewest
+from drake_navbench.studies.doctor.fewest import fewest, without_harmful
 from drake_navbench.studies.doctor.files import Patient
-from drake_navbench.studies.doctor.race import Race
+from drake_navbench.studies.doctor.race import FIRST_FALL, Race
 from drake_navbench.studies.doctor.reading import Suspicion
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.tried import (
@@ -33,6 +33,9 @@ TOGETHER = 6
 SETS = 2
 # Changes that are made together at most, the likeliest.
 MOST_PARTS = 32
+# Changes of which each is left out in turn, in case one spoils what the others do: at least four
+# trials each.
+MOST_LEFT_OUT = 8
 
 
 class Experiment:
@@ -149,7 +152,7 @@ class Experiment:
     def _together(self, parts: Sequence[Candidate]) -> None:
         """Tries changes together, and if that takes the symptom away, the fewest that do.
 
-        If it does not, one of them may do harm: the likelier half is tried, then half of that.
+        If it does not, some of them may do harm: they are looked for first (`without_harmful`).
         """
         places: set[object] = set()
         alone: list[Candidate] = []
@@ -158,13 +161,28 @@ class Experiment:
                 places.update(part.trial.changes)
                 alone.append(part)
         chosen: list[Candidate] = []
-        while len(alone) > 1 and not chosen and not self.is_out_of_time:
-            self._driver.tell(f"trying {len(alone)} likely changes together")
-            chosen = fewest(alone, self._suffices)
-            alone = alone[: len(alone) // 2]
+        for some in without_harmful(alone, [*map(self._effect, alone)], MOST_LEFT_OUT):
+            if len(some) < 2 or chosen or self.is_out_of_time:
+                break
+            self._driver.tell(f"trying {len(some)} likely changes together")
+            chosen = fewest(some, self._suffices)
         if chosen and not self.is_out_of_time and (whole := self._set_of(chosen)) is not None:
             self._driver.tell(f"  {len(chosen)} of them suffice: {whole.trial.told}")
             self._raw += self._other_race.run([whole])
+
+    def _effect(self, part: Candidate) -> float:
+        """Returns the share by which a change alone lowers the severity; 0 if it was not driven.
+
+        A share below FIRST_FALL may be chance, and counts as 0; a touch counts as harm.
+        """
+        for entry in self._raw:
+            if (
+                entry.pairs
+                and entry.trial is not None
+                and entry.trial.changes == part.trial.changes
+            ):
+                return -1.0 if entry.touches else entry.fall * (abs(entry.fall) >= FIRST_FALL)
+        return 0.0
 
     def _suffices(self, parts: Sequence[Candidate]) -> bool:
         whole = self._set_of(parts)

@@ -1,8 +1,8 @@
-"""The fewest of several changes that do together what all of them do."""
+"""The fewest of several changes that do together what all of them do, some of which do harm."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TypeVar
 
 Part = TypeVar("Part")
@@ -32,3 +32,26 @@ def fewest(parts: Sequence[Part], suffices: Callable[[Sequence[Part]], bool]) ->
         rest = rest[: high - 1]
     # Each part that was kept stands before those kept earlier.
     return kept[::-1]
+
+
+def without_harmful(
+    parts: Sequence[Part], effects: Sequence[float], most: int
+) -> Iterator[list[Part]]:
+    """Yields all parts, then fewer and fewer of them, in case one of them spoils what others do.
+
+    parts: the likeliest first. effects: what each does alone; below 0 it does harm, 0 is not known.
+    Those that do harm are dropped one by one, the worst first. Of the rest each alone is left out,
+    at most `most`, those that help alone last. In the end the likelier half comes, and half of it.
+    """
+    yield list(parts)
+    order = sorted(range(len(parts)), key=lambda index: effects[index])
+    kept = set(order)
+    for index in [index for index in order if effects[index] < 0.0 and len(kept) > 1]:
+        kept.discard(index)
+        yield [part for place, part in enumerate(parts) if place in kept]
+    for index in [index for index in order if index in kept][:most]:
+        yield [part for place, part in enumerate(parts) if place in kept - {index}]
+    rest = [part for place, part in enumerate(parts) if place in kept]
+    while len(rest) > 1:
+        rest = rest[: len(rest) // 2]
+        yield list(rest)

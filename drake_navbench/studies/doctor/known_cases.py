@@ -161,7 +161,7 @@ def is_hit(cause: Cause, case: Case, facts: Facts) -> bool:
 
 def has_place(cause: Cause, case: Case, facts: Facts) -> bool:
     """Tells whether a cause is one of a case's culprits, in whatever direction."""
-    return any(_same_place(cause.place, name, facts) for name in case.culprits)
+    return any(_same_place(cause.place, name) for name in case.culprits)
 
 
 def _is_culprit(cause: Cause, name: str, cure: Any, facts: Facts) -> bool:
@@ -178,10 +178,10 @@ def _is_culprit(cause: Cause, name: str, cure: Any, facts: Facts) -> bool:
     if cause.direction is Direction.ADD:
         is_plugin = plain == "plugin" and first == CONTROLLER
         return is_plugin or (plain == first and "add" in str(cure))
-    return _same_place(cause.place, name, facts) and _same_direction(cause, cure, facts)
+    return _same_place(cause.place, name) and _same_direction(cause, cure, facts)
 
 
-def _same_place(place: str, name: str, facts: Facts) -> bool:
+def _same_place(place: str, name: str) -> bool:
     """Tells whether a culprit's name, perhaps with its node or critic, is a place's."""
     own = [_plain(part) for part in place.split(".")]
     today = OTHER_NAMES.get(name, name).replace("<", "").replace(">", "")

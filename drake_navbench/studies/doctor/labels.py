@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from drake_navbench.studies.doctor.change import Judged
 from drake_navbench.studies.doctor.change_words import change_told
+from drake_navbench.studies.doctor.judged import Judged
 from drake_navbench.studies.doctor.offer import Kind, Offer
 from drake_navbench.studies.doctor.told import wrapped
 from drake_navbench.studies.doctor.tried import Tried, Verdict

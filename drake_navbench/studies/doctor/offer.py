@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from drake_navbench.studies.doctor.change import Judged
 from drake_navbench.studies.doctor.cures import Trial
+from drake_navbench.studies.doctor.judged import Judged
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.tried import IDLE, Tried
 

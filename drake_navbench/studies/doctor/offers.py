@@ -13,10 +13,11 @@ from dataclasses import replace
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studies.doctor.candidates import Candidates
 from drake_navbench.studies.doctor.causes import Direction
-from drake_navbench.studies.doctor.change import FRESH_SEEDS, Judged, compared
+from drake_navbench.studies.doctor.change import FRESH_SEEDS, compared
 from drake_navbench.studies.doctor.differences import ways_back, with_differences
 from drake_navbench.studies.doctor.driving import Driver
 from drake_navbench.studies.doctor.files import Patient
+from drake_navbench.studies.doctor.judged import Judged
 from drake_navbench.studies.doctor.offer import Kind, Offer
 from drake_navbench.studies.doctor.probes import nearest_first
 from drake_navbench.studies.doctor.race import FIRST_LOOK, GLANCE

@@ -8,10 +8,10 @@ from pathlib import Path
 
 from drake_navbench.errors import writing
 from drake_navbench.studies.doctor.before_after import REPLAY, name_of, write_replays
-from drake_navbench.studies.doctor.change import Judged
 from drake_navbench.studies.doctor.change_words import change_told
 from drake_navbench.studies.doctor.driving import Driver
 from drake_navbench.studies.doctor.files import Patient, told_files
+from drake_navbench.studies.doctor.judged import Judged
 from drake_navbench.studies.doctor.labels import HEADING, offer_label, patch_name
 from drake_navbench.studies.doctor.next_step import next_step
 from drake_navbench.studies.doctor.offers import MOST_OFFERS

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studies.doctor.alike import Alike
-from drake_navbench.studies.doctor.change import Judged, best_of
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.driving import Row, probe_of
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.first_look import Look
+from drake_navbench.studies.doctor.judged import Judged, best_of
 from drake_navbench.studies.doctor.offer import Offer
 from drake_navbench.studies.doctor.reading import Suspicion
 from drake_navbench.studies.doctor.rules.rule import Finding

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from drake_navbench.analysis.numbers import counted
 from drake_navbench.studies.doctor.causes import Cause, with_short_outlines
-from drake_navbench.studies.doctor.change import Judged
 from drake_navbench.studies.doctor.change_words import cause_told, change_told, name_of_place
 from drake_navbench.studies.doctor.cures import Trial, told_with_step
+from drake_navbench.studies.doctor.judged import Judged
 from drake_navbench.studies.doctor.reading import Suspicion
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
 from drake_navbench.studies.doctor.told import told_blindness, told_failures
@@ -70,6 +71,8 @@ def _verdict(visit: Visit) -> str:
     what = f"In {_probes(visit, visit.treated)} {weak}the robot {LOOKS_LIKE[visit.treated]}."
     if visit.asked not in (None, visit.treated, *visit.rare):
         what = f"No probe shows {visit.asked}. {what}"
+    if visit.asked is not None and {visit.asked, visit.treated}.isdisjoint({Symptom.COLLISION}):
+        what += _touches_seen(visit)
     if visit.told and visit.seen.keys().isdisjoint(visit.told):
         what = f"No probe shows what your words may tell ({', '.join(visit.told)}). {what}"
     rare = "".join(f" {_rare_told(symptom, rarity)}" for symptom, rarity in visit.rare.items())
@@ -108,6 +111,17 @@ def _verdict(visit: Visit) -> str:
     return (
         f"{what} No cause found: no change that was tried removes the symptom."
         f"{undriven}{could}{ended}"
+    )
+
+
+def _touches_seen(visit: Visit) -> str:
+    """Returns a sentence on touches beside the symptom that was asked for; '' without any."""
+    names = visit.seen.get(Symptom.COLLISION, ())
+    if not names:
+        return ""
+    return (
+        f" Worse, it touches something in {counted(len(names), 'probe')} ({', '.join(names)}): "
+        "`--symptom collision` treats that."
     )
 
 
@@ -173,7 +187,15 @@ def _cured(cure: Judged) -> str:
     touches = (cure.before[Symptom.COLLISION], cure.after[Symptom.COLLISION])
     touched = ""
     if any(touches):
-        touched = f" Touches in all {cure.trials} trials: {touches[0]} before, {touches[1]} after."
+        again = ""
+        if cure.again is not None:
+            again = (
+                f"; in {cure.again.trials} further trials of the probes with the further touch "
+                f"{cure.again.before} before, {cure.again.after} after"
+            )
+        touched = (
+            f" Touches in all {cure.trials} trials: {touches[0]} before, {touches[1]} after{again}."
+        )
     return (
         f"The change: {change_told(cure.trial)}. On fresh seeds, which the search did not use, "
         f"{cure.before_target} of {cure.target_trials} trials showed it before and "

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from drake_navbench.analysis.junit import ERROR, FAILURE, Case, case_of, junit_text
 from drake_navbench.analysis.metrics.definition import Better
+from drake_navbench.analysis.numbers import counted
 from drake_navbench.analysis.paired_comparison import detectable_difference
 from drake_navbench.analysis.paired_tests import (
     SUCCESS,
@@ -44,7 +45,8 @@ def to_markdown(result: GateResult) -> str:
         return "\n".join([*lines, "Both are the same program; nothing was driven.", ""])
     tests = ", ".join(f"{judged.tests(family)} of {family}" for family in Family)
     lines += [
-        f"{len(result.scenarios)} scenarios, {result.trials} trials each. {equal_text(judged)}",
+        f"{counted(len(result.scenarios), 'scenario')}, {counted(result.trials, 'trial')} each. "
+        f"{equal_text(judged)}",
         "",
         f"Tests: {tests}. {PROMISE}",
         "",

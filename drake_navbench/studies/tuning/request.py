@@ -6,8 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from drake_navbench.analysis.numbers import counted
 from drake_navbench.campaign.request import MAX_TRIALS
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.goal_file import read_goal_file
+from drake_navbench.inputs.goal_tasks import given_tasks
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studies.tuning.judgement import least_pairs
@@ -26,7 +29,8 @@ class TuningRequest:
     preset: name of the baseline's preset; '' if the baseline is the controller `plugin` of the Nav2
     file `nav2`. fresh: trials of the front in each scenario on fresh seeds, and in each held-out
     scenario; more in deciding scenarios where fewer cannot decide. map_file, goals: a map, and the
-    number of tasks drawn on it for the search; `deciding_pairs` further tasks are held out.
+    number of tasks drawn on it for the search, or a file of places between which they lead;
+    `deciding_pairs` further tasks are drawn and held out.
     """
 
     preset: str
@@ -48,7 +52,7 @@ class TuningRequest:
     nav2: Path | None = None
     plugin: str | None = None
     map_file: Path | None = None
-    goals: int = 0
+    goals: int | Path = 0
 
     @property
     def deciding(self) -> tuple[str | Scenario, ...]:
@@ -75,22 +79,22 @@ class TuningRequest:
     def place(self) -> str:
         """The scenarios, or the map, in which the study drives, for messages."""
         if self.map_file is not None:
-            return f"{self.goals} tasks on {self.map_file.name}"
+            return f"{counted(len(self.scenarios), 'task')} on {self.map_file.name}"
         return ", ".join(names_of(self.scenarios))
 
     def with_tasks(self, robot: Robot) -> TuningRequest:
-        """Returns the request with the tasks that are drawn on its map for a robot's outline."""
+        """Returns the request with its tasks on its map, where a robot's outline has room."""
         if self.map_file is None:
             return self
-        drawn = [
-            sample_tasks(self.map_file, robot, count, seed=self.seed + further)
-            for count, further in (
-                (self.goals, 0),
-                (self.deciding_pairs, SEED_OF_OTHER_TASKS),
-            )
-        ]
-        other = [task.model_copy(update={"name": f"{task.name}_{HELD_OUT}"}) for task in drawn[1]]
-        return replace(self, scenarios=tuple(drawn[0]), held_out=tuple(other))
+        if isinstance(self.goals, Path):
+            own = given_tasks(read_goal_file(self.goals), self.map_file, [robot])
+        else:
+            own = sample_tasks(self.map_file, robot, self.goals, seed=self.seed)
+        drawn = sample_tasks(
+            self.map_file, robot, self.deciding_pairs, seed=self.seed + SEED_OF_OTHER_TASKS
+        )
+        other = [task.model_copy(update={"name": f"{task.name}_{HELD_OUT}"}) for task in drawn]
+        return replace(self, scenarios=tuple(own), held_out=tuple(other))
 
 
 def names_of(scenarios: Sequence[str | Scenario]) -> tuple[str, ...]:
@@ -103,11 +107,11 @@ def require_scenarios_and_bounds(request: TuningRequest) -> None:
     if bool(request.preset) == (request.nav2 is not None):
         raise InputError("expected either PRESET or --nav2 FILE")
     if (request.map_file is None) != (not request.goals):
-        raise InputError("--map: expected --goals N with it, and --goals only with --map")
+        raise InputError("--map: expected --goals with it, and --goals only with --map")
     if request.map_file is not None and request.nav2 is None:
         raise InputError("--map: expected --nav2 FILE with it; a preset takes --scenarios")
     if not request.scenarios and request.map_file is None:
-        raise InputError("--scenarios: expected at least one, or --map FILE with --goals N")
+        raise InputError("--scenarios: expected at least one, or --map FILE with --goals")
     if request.scenarios and request.map_file is not None:
         raise InputError("--scenarios: expected none beside --map")
     doubled = sorted(set(names_of(request.scenarios)) & set(names_of(request.held_out)))

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from hashlib import sha256
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from drake_navbench.analysis.tuning_page import RESULT_NAME, write_tuning_page
@@ -63,6 +64,7 @@ def tune(request: TuningRequest, tell: Callable[[str], None]) -> None:
     guards = guards_for(
         baseline, request.robot, seed=request.seed, first=0, worlds=WORLDS_IN_SEARCH
     )
+    _tell_tasks_left_out(request, tell)
     trials = _planned_trials(request, baseline, guards)
     if request.held_out and not request.goals:
         _require_chance_in(request, baseline, objectives)
@@ -125,6 +127,14 @@ def _planned_trials(request: TuningRequest, baseline: Preset, guards: Guards) ->
     return Trials(pairs, closed, worlds)
 
 
+def _tell_tasks_left_out(request: TuningRequest, tell: Callable[[str], None]) -> None:
+    if request.goals and len(request.scenarios) > request.most_pairs:
+        tell(
+            f"The search drives the first {request.most_pairs} of {len(request.scenarios)} tasks, "
+            "as --pairs says; the front drives all of them"
+        )
+
+
 def _tell_guards(request: TuningRequest, guards: Guards, tell: Callable[[str], None]) -> None:
     for kind, why in guards.left_out.items():
         tell(f"No {kind} is driven as a further test for touches: {why}")
@@ -171,6 +181,9 @@ def _task_of(
     if isinstance(space, FileSpace):
         # The whole text of the file counts: another file of the same name is another task.
         of_file = {"file": sha256(space.text.encode()).hexdigest(), **current_values(space)}
+    if isinstance(request.goals, Path):
+        # Tasks between other places have the same names.
+        of_file["goals"] = sha256(request.goals.read_bytes()).hexdigest()
     return tuning_task(
         baseline,
         of_file,

@@ -59,39 +59,8 @@ class CasterBase(BasePorts, LeafSystem):
     ) -> None:
         super().__init__()
         self._period_s = drive.step_s
-        self._limits = np.array(
-            [
-                drive.min_linear_velocity_mps,
-                drive.max_linear_velocity_mps,
-                drive.max_angular_velocity_radps,
-                drive.response_time_constant_s,
-                drive.bounds.acceleration_mps2,
-                drive.bounds.yaw_acceleration_radps2,
-            ]
-        )
-        # The wheels' moment of inertia acts as if it were mass at the point where they touch the
-        # floor.
-        turning_kg = gear.wheel_inertia_kgm2 / gear.wheel_radius_m**2
-        half_m = 0.5 * gear.wheel_separation_m
-        self._body = np.array(
-            [
-                gear.mass_kg + 2.0 * turning_kg,
-                gear.center_m[0] * gear.mass_kg / (gear.mass_kg + 2.0 * turning_kg),
-                gear.yaw_inertia_kgm2 + 2.0 * turning_kg * half_m**2,
-            ]
-        )
-        motors = drive.motors
-        self._motors = np.array(
-            [
-                gear.wheel_radius_m - gear.wheel_load_n / drive.floor.stiffness_npm,
-                half_m,
-                motors.stiffness_nms,
-                motors.integral_nm,
-                motors.max_torque_nm,
-                motors.dry_friction_nm,
-                gear.wheel_radius_m,
-            ]
-        )
+        self._limits, self._body = _limits_of(drive), _body_of(gear)
+        self._motors = _motors_of(drive, gear)
         self._casters = np.array([[one.x_m, one.y_m, one.trail_m] for one in gear.casters])
         self._frictions = np.array(
             [drive.casters.swivel_friction_nm, rolling_resistance * gear.caster_load_n]
@@ -101,6 +70,10 @@ class CasterBase(BasePorts, LeafSystem):
         angles = drive.casters.start_angles_rad or [0.0] * len(gear.casters)
         self._at_rest = np.concatenate([np.zeros(FIRST_ANGLE), angles])
         self.source_id, self.frame_id = register_footprint(scene_graph, footprint)
+        self._declare_ports()
+
+    def _declare_ports(self) -> None:
+        """Declares state and ports, and the step that advances the state."""
         self._command_port = self.DeclareVectorInputPort("command", COMMAND_SIZE)
         state = self.DeclareDiscreteState(self._at_rest)
         self.DeclareVectorOutputPort(
@@ -175,3 +148,47 @@ class CasterBase(BasePorts, LeafSystem):
             + integral / stiffness
             + 1.0 / drive.response_time_constant_s
         )
+
+
+def _limits_of(drive: DifferentialDrive) -> Array:
+    """Returns the limits of the told motion (6,), as `kernels.casters` takes them."""
+    return np.array(
+        [
+            drive.min_linear_velocity_mps,
+            drive.max_linear_velocity_mps,
+            drive.max_angular_velocity_radps,
+            drive.response_time_constant_s,
+            drive.bounds.acceleration_mps2,
+            drive.bounds.yaw_acceleration_radps2,
+        ]
+    )
+
+
+def _body_of(gear: RunningGear) -> Array:
+    """Returns mass kg, centre of mass ahead m, yaw inertia kg m^2; the driven wheels included."""
+    # The wheels' moment of inertia acts as if it were mass at the point where they touch the floor.
+    turning_kg = gear.wheel_inertia_kgm2 / gear.wheel_radius_m**2
+    half_m = 0.5 * gear.wheel_separation_m
+    return np.array(
+        [
+            gear.mass_kg + 2.0 * turning_kg,
+            gear.center_m[0] * gear.mass_kg / (gear.mass_kg + 2.0 * turning_kg),
+            gear.yaw_inertia_kgm2 + 2.0 * turning_kg * half_m**2,
+        ]
+    )
+
+
+def _motors_of(drive: DifferentialDrive, gear: RunningGear) -> Array:
+    """Returns the numbers of wheels and motors (7,), as `kernels.casters` takes them."""
+    motors = drive.motors
+    return np.array(
+        [
+            gear.wheel_radius_m - gear.wheel_load_n / drive.floor.stiffness_npm,
+            0.5 * gear.wheel_separation_m,
+            motors.stiffness_nms,
+            motors.integral_nm,
+            motors.max_torque_nm,
+            motors.dry_friction_nm,
+            gear.wheel_radius_m,
+        ]
+    )

@@ -204,10 +204,11 @@ class _BaseState(LeafSystem):
 def _told_speeds(
     drive: DifferentialDrive, gear: RunningGear, actuator_count: int
 ) -> SymbolicVectorSystem:
-    """Returns the system that outputs the motors' speeds, the plant's desired state; no Python.
+    """Returns the system of the plant's desired state: the speeds that the motors are told.
 
-    Its state is v m/s, w rad/s, and the angles rad by which the left and the right wheel have
-    turned at these speeds. v and w follow the command as the velocity of the ideal base does.
+    It is symbolic, so that Drake computes it without calls of Python. Its state is v m/s, w rad/s,
+    and the angles rad by which the left and the right wheel have turned at these speeds. v and w
+    follow the command as the velocity of the ideal base does.
     """
     state = symbolic.MakeVectorVariable(4, "told")
     command = command_variables()

@@ -26,6 +26,9 @@ class ShapeSensors(FloorAware):
     odometry (not connected: equal to `state`); `moving` (Solids of moving bodies; need not be
     connected). The output holds what each sensor has seen, by its name; it is empty before the
     first look and again on another floor.
+
+    periods_s: name and period, s, of each sensor. output: name of the output port. floor_clock: the
+    clock of the floors, None where there is one.
     """
 
     def __init__(

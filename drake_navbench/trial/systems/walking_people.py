@@ -10,7 +10,8 @@ from drake_navbench.inputs.moving_obstacles import MovingBox
 from drake_navbench.inputs.people import Crowd, OrcaSettings, WalkingPeople
 from drake_navbench.inputs.world import World
 from drake_navbench.kernels.arrays import Array
-from drake_navbench.kernels.orca import linked_edges, step_orca
+from drake_navbench.kernels.orca import step_orca
+from drake_navbench.kernels.orca_edges import linked_edges
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.kernels.social_force import step_people
 

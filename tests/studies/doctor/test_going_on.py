@@ -70,8 +70,8 @@ def test_a_trial_that_failed_is_driven_again_by_the_next_command(tmp_path):
 
 def test_progress_tells_the_expected_time_and_the_rest_of_the_budget(tmp_path):
     driver = Driver(tmp_path, "wheelchair", jobs=1, budget_s=600.4, tell=print)
-    # 2 s a trial before the first one, then what a trial took.
-    assert driver.told_time(34) == "about 68 s; left 10:00 of the budget"
+    # Before the first trial nobody knows how long one takes.
+    assert driver.told_time(34) == "left 10:00 of the budget"
     driver.driven, driver._driving_s = 10, 5.0
     assert driver.told_time(34).startswith("about 17 s;")
 
@@ -95,6 +95,26 @@ def test_a_long_batch_tells_every_half_minute_how_far_it_is(tmp_path, monkeypatc
         "  4 of 5 trials driven: about 20 s more",
     ]
     assert driver.trial_s == 20.0
+
+
+@pytest.mark.parametrize(("jobs", "enough"), [(1, 4), (2, 4), (4, 8)])
+def test_the_first_trials_tell_how_long_the_first_look_takes(tmp_path, monkeypatch, jobs, enough):
+    """Each worker's first trial takes 20 s, all others 4 s; jobs of them are driven at a time."""
+    told, clock = [], [0.0]
+
+    def drive_each(specs, kept_of, *, jobs, on_row):
+        for number, spec in enumerate(specs):
+            if number % jobs == 0:
+                clock[0] += 4.0 if number else 20.0
+            on_row(spec, {"outcome": "succeeded"})
+
+    monkeypatch.setattr(driving, "drive_each", drive_each)
+    driver = Driver(
+        tmp_path, "wheelchair", jobs=jobs, budget_s=600.0, tell=told.append, clock=lambda: clock[0]
+    )
+    driver._drive_all([SimpleNamespace(identity=str(number)) for number in range(enough + 2)])
+    rest_s = 2 * 4 // jobs
+    assert told[0] == f"  {enough} of {enough + 2} trials driven: about {rest_s} s more"
 
 
 def test_a_layer_that_ends_below_the_borrowed_lidar_is_told_before_anything_is_driven(

@@ -11,7 +11,7 @@ from drake_navbench.nav2.patch import Place
 from drake_navbench.studies.doctor import visit as visits
 from drake_navbench.studies.doctor.change import judge
 from drake_navbench.studies.doctor.cures import Trial
-from drake_navbench.studies.doctor.driving import FRESH_SEED
+from drake_navbench.studies.doctor.driving import AGAIN_SEED, FRESH_SEED
 from drake_navbench.studies.doctor.reading import Suspicion
 from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.tried import Verdict, corrected
@@ -95,6 +95,44 @@ def test_a_change_that_brings_a_touch_does_not_help(patient):
     found = judged(patient, ["wobble_straight"], ["collision"], Symptom.WOBBLE_STRAIGHT)
     assert found.worse[0] == "collision"
     assert not found.helps
+
+
+@pytest.mark.parametrize(
+    ("again_before", "again_after", "helps"), [(0, 0, True), (1, 1, True), (0, 1, False)]
+)
+def test_one_further_touch_is_looked_for_again_before_it_counts_against_a_change(
+    patient, again_before, again_after, helps
+):
+    """The change adds a touch in one trial of the door; 16 further seeds tell if it was chance."""
+    again = {"before": again_before, "after": again_after}
+    further = []
+
+    class Touching(Rows):
+        def drive(self, preset, probes, trials, *, seed):
+            rows = super().drive(preset, probes, trials, seed=seed)
+            is_again = seed == FRESH_SEED + AGAIN_SEED
+            if is_again:
+                further.append([probe.name for probe in probes] * trials)
+            count = again[preset.name] if is_again else int(preset.name == "after" and seed == 0)
+            touching = [row for row in rows if row["scenario"] == "probe_door"][:count]
+            for row in touching:
+                row["severity"] = {**row["severity"], "collision": 2.0}
+            return rows
+
+    shown = [tried(2.0, 0.0, 0.001, verdict=Verdict.SHOWN)]
+    driver = Touching(["wobble_straight"], [])
+    (found,) = judge(patient, shown, Symptom.WOBBLE_STRAIGHT, PROBES, ["straight"], driver, seed=0)
+    assert (found.before["collision"], found.after["collision"]) == (0, 1)
+    assert further == [["probe_door"] * 16] * 2
+    assert (found.again, found.helps) == ((16, again_before, again_after), helps)
+    visited = visits.Visit(patient.facts(), probes=PROBES, treated=Symptom.WOBBLE_STRAIGHT)
+    visited.seen, visited.tried = {Symptom.WOBBLE_STRAIGHT: ["straight"]}, shown
+    visited.judged = [found]
+    told = (
+        "Touches in all 12 trials: 0 before, 1 after; in 16 further trials of the probes with the "
+        f"further touch {again_before} before, {again_after} after."
+    )
+    assert (told in verdict(visited)) == helps
 
 
 def test_where_the_best_change_brings_a_touch_the_next_one_is_judged_and_offered(patient):

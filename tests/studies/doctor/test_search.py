@@ -160,6 +160,21 @@ def test_in_a_file_that_departs_from_nav2_in_many_values_none_is_set_back_first(
     assert set(back(vx_max=2.0)) == usual
 
 
+def test_two_values_that_contradict_each_other_count_as_one_abnormal_value(patient):
+    def back(**nodes):
+        patient.paths[0].write_text(nav2_text(MPPI_BLOCK, plugin=MPPI, **nodes))
+        facts = replace(patient).facts()
+        return {s.cause.place for s in ways_back(with_differences([], facts), facts)}
+
+    # The checker's two values and this contradiction are three, the most that are set back.
+    smoother = {"max_velocity": [0.1, 0.0, 1.9]}
+    both = {"controller.vx_max", "velocity_smoother.max_velocity"}
+    assert back() | both == back(velocity_smoother=smoother)
+    assert len(back()) == 2
+    # A fourth abnormal value: half of Nav2's 20 Hz.
+    assert back(velocity_smoother=smoother | {"smoothing_frequency": 10.0}) == set()
+
+
 def _differences_of(tmp_path, block, plugin, **nodes):
     path = tmp_path / "other.yaml"
     path.write_text(nav2_text(block, plugin=plugin, **nodes))
@@ -261,6 +276,25 @@ def test_of_changes_that_help_only_together_the_fewest_are_shown_unless_they_har
     )
     # Both are causes; the patch has both.
     assert [cause.why for cause in found.causes] == ["why", "samples"]
+
+
+def test_a_likely_change_that_does_harm_hides_no_set_of_changes_behind_it(patient):
+    class Spoilt(Interlocked):
+        def drive(self, preset, probes, trials, *, seed):
+            rows = super().drive(preset, probes, trials, seed=seed)
+            if preset.parameters.model_dump()["PathAlignCritic"]["cost_weight"] == 7.0:
+                rows = [row | {"severity": {"wobble_straight": 2.0}} for row in rows]
+            return rows
+
+    experiment = Experiment(
+        patient, Symptom.WOBBLE_STRAIGHT, list(PROBES.values()), Spoilt(), seed=0
+    )
+    harmful = Cause("controller.PathAlignCritic.cost_weight", Direction.DOWN, 7.0, "harmful")
+    samples = Cause("controller.batch_size", Direction.UP, 3000, "samples")
+    experiment.run([Suspicion(cause, 1.0, (cause.why,)) for cause in (harmful, CAUSE, samples)])
+    found = experiment.tried[0]
+    assert found.verdict is Verdict.SHOWN
+    assert [part.cause.why for part in found.trial.parts] == ["why", "samples"]
 
 
 def test_a_change_that_adds_a_touch_in_twelve_pairs_gets_no_further_pairs(patient):

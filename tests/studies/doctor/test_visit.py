@@ -146,6 +146,18 @@ def test_a_touch_is_treated_where_no_probe_shows_what_was_asked_for(patient):
     assert told.endswith(" Below: 3 changes to try on the robot for spins.")
 
 
+def test_who_asks_for_near_misses_is_told_of_touches(patient):
+    driver = Rows([Symptom.NEAR_MISS, Symptom.COLLISION], [])
+    asked = {
+        symptom: verdict(visits.visit(patient, symptom, NOTHING_TOLD, driver, seed=0))
+        for symptom in (Symptom.NEAR_MISS, Symptom.COLLISION)
+    }
+    told = " Worse, it touches something in 17 probes (beside_wall, "
+    assert told in asked[Symptom.NEAR_MISS]
+    assert "`--symptom collision` treats that." in asked[Symptom.NEAR_MISS]
+    assert "Worse, it touches" not in asked[Symptom.COLLISION]
+
+
 def test_what_the_words_tell_is_treated_before_what_rules_lead_to_and_after_a_touch(patient):
     found = visits.Visit(patient.facts(), findings=findings_of(patient.facts()))
     found.told = [Symptom.GOAL_OVERSHOOT, Symptom.WOBBLE_STRAIGHT]

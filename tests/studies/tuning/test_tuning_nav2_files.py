@@ -77,8 +77,8 @@ def test_what_is_unknown_refused_or_without_effect_is_told_before_anything_is_dr
         ([], "expected either PRESET or --nav2 FILE"),
         (["rpp", "--nav2", str(JAZZY), "--scenarios", "empty"], "expected either PRESET or"),
         (["--nav2", str(JAZZY)], "--scenarios: expected at least one, or --map FILE"),
-        (["--nav2", str(JAZZY), "--map", WARD], "--map: expected --goals N with it"),
-        (["--nav2", str(JAZZY), "--goals", "3"], "--map: expected --goals N with it"),
+        (["--nav2", str(JAZZY), "--map", WARD], "--map: expected --goals with it"),
+        (["--nav2", str(JAZZY), "--goals", "3"], "--map: expected --goals with it"),
         (["rpp", "--map", WARD, "--goals", "3"], "--map: expected --nav2 FILE with it"),
         (
             ["--nav2", str(JAZZY), "--controller", "Other", "--scenarios", "empty"],
@@ -91,6 +91,31 @@ def test_arguments_that_do_not_go_together_are_one_line(arguments, told, tmp_pat
     (line,) = capsys.readouterr().err.splitlines()
     assert told in line
     assert not (tmp_path / "out").exists()
+
+
+def test_the_search_drives_between_the_places_of_a_file_and_holds_drawn_tasks_out(
+    planted_trials,  # noqa: F811
+    tmp_path,
+    capsys,
+):
+    nav2, places = tmp_path / "mine.yaml", tmp_path / "places.yaml"
+    nav2.write_text(FILE)
+    lines = ["{x: 4.3, y: -1.5}", "{x: 7.6, y: -1.7}", "{x: 9.3, y: 0.1}", "{x: 2.9, y: 0.1}"]
+    places.write_text("waypoints:\n" + "".join(f"- {line}\n" for line in lines))
+    out = tmp_path / "out"
+    arguments = ["--nav2", str(nav2), "--map", WARD, "--goals", str(places), "--out", str(out)]
+    arguments += ["--parameter", "lookahead_dist=0.3:1.2", "--configurations", "2", "--jobs", "1"]
+    arguments += ["--objectives", "time,clearance", "--pairs", "2", "--fresh", "4", "--front", "1"]
+    assert command.main(arguments) == 0
+    result = json.loads((out / "tuning.json").read_text())
+    # Four places are three ways.
+    assert result["task"]["scenarios"] == ["ward_1", "ward_2", "ward_3"]
+    assert result["held_out"][0] == "ward_1_held_out"
+    assert "The search drives the first 2 of 3 tasks, as --pairs says" in capsys.readouterr().out
+    # Tasks between other places have the same names, and are another study.
+    places.write_text(places.read_text().replace("x: 9.3", "x: 9.0"))
+    assert command.main(arguments) == 2
+    assert "a study of another task" in capsys.readouterr().err
 
 
 def test_a_patch_of_a_file_without_an_end_of_line_says_so(tmp_path):
