@@ -32,6 +32,21 @@ of 13 first, before 6, and 10 among three, before 7. So by the last rule it was 
 Three factors of the ranking were deleted, by the third rule: for values that a partial file does
 not give, for what is outside of the file, and for the other direction of a named value. Three that
 change no score stay, since each keeps an answer from being absurd: `TRIED`, `MISSING`, `AGAINST`.
+
+The second and last time, by these rules, written before that ranking is scored:
+
+- A fitted ranking takes the place of the factors set by hand, with and without words of the user.
+- It stays if both hold, else it is taken out for good and `docs/doctor_evidence.md` says so:
+  1. On `fresh_eight`, read once, by somebody else, when the ranking is frozen and its weights are
+     fitted to the other lists, it has at least as many cures first as the ranking before, and at
+     most one case fewer among the first three.
+  2. Over all unlearnt cases (`fresh_three` to `fresh_eight`, each fitted on other owners alone) the
+     first place is gained by more owners than lose it, with p at most 0.05 (exact sign test,
+     one-sided; owners as above, each by the sum of its cases).
+- Its form is chosen by the scores of other owners (nested: for each owner the form that is best on
+  the owners besides it), and the number of forms looked at is told. General knowledge that is added
+  to the form is taken from the misses of the lists from which the doctor has learnt; of the
+  unlearnt lists only counts are looked at, not cases.
 """
 
 from __future__ import annotations
