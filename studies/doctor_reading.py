@@ -1,12 +1,14 @@
 """The losses of the doctor's reading: where the cures of the known cases stand among its causes.
 
-    python studies/doctor_reading.py FOLDER      the table of losses, list by list
+    python studies/doctor_reading.py losses FOLDER     the table of losses, list by list
+    python studies/doctor_reading.py ranks FOLDER      the rank of the first cure, case by case
 
 For the cases of each list in `doctor_cases/` the program counts where the doctor, given the right
 class, has the cure: first, second or third, fourth to twelfth, later; among the causes in the other
 direction alone; or not at all. Of those whose cure is not first, it counts those whose first cause
 is the right parameter in the wrong direction. Then it takes the class from the user's words and
 counts the right classes, and the cures that are first so. `doctor_cases.py files` makes FOLDER.
+A list that is not in `doctor_cases/` is left out.
 
 The rules for other ways of ranking, written before one was scored:
 
@@ -52,13 +54,13 @@ The second and last time, by these rules, written before that ranking is scored:
 from __future__ import annotations
 
 import argparse
-from collections import Counter
-from collections.abc import Iterator
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from drake_navbench.errors import InputError
 from drake_navbench.studies.doctor.alike import Told
-from drake_navbench.studies.doctor.causes import Cause
 from drake_navbench.studies.doctor.complaints import symptoms_called, symptoms_told
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.known_cases import (
@@ -69,13 +71,13 @@ from drake_navbench.studies.doctor.known_cases import (
     is_hit,
     read_cases,
 )
-from drake_navbench.studies.doctor.reading import suspicions_of
+from drake_navbench.studies.doctor.reading import Suspicion, suspicions_of
 from drake_navbench.studies.doctor.symptoms import Symptom
 
 LISTS = Path(__file__).parent / "doctor_cases"
 # The lists from which the doctor has learnt, and those from which it has not.
 OLD = ("thirty_eight", "development", "test", "fresh", "fresh_two")
-NEW = ("fresh_three", "fresh_four", "fresh_five", "fresh_six", "fresh_seven")
+NEW = ("fresh_three", "fresh_four", "fresh_five", "fresh_six", "fresh_seven", "fresh_eight")
 # The most that a user reads: the doctor asks about twelve complaints.
 MANY = 12
 FIRST, FEW, SOME, LATE, TURNED, NONE = (
@@ -85,61 +87,90 @@ TURNED_FIRST, CLASS, BY_WORDS = "first cause turned", "class right", "first by w
 COLUMNS = ("cases", FIRST, FEW, SOME, LATE, TURNED, NONE, TURNED_FIRST, CLASS, BY_WORDS)
 
 
-def losses(name: str, files: Path) -> Counter[str]:
-    """Returns the number of cases of a list in each column."""
-    counts: Counter[str] = Counter()
-    for case in read_cases(LISTS / f"{name}.yaml"):
-        try:
-            facts = facts_of_case(case, files)
-        except InputError as error:
-            print(f"{name}, {case.id}: left out, {error}")
-            continue
-        counts.update(_columns(case, facts))
-    return counts
+class Read(NamedTuple):
+    """A case of a list with the facts of its file and its right class."""
+
+    name: str
+    case: Case
+    facts: Facts
+    symptom: Symptom
+
+    @property
+    def found(self) -> list[Suspicion]:
+        """The causes that the doctor has for the case, the likeliest first."""
+        return suspicions_of(self.facts, self.symptom, Told(self.case.words))
+
+    def rank_in(self, found: Sequence[Suspicion]) -> int | None:
+        """Returns the rank of the first cure, from 1; None without one."""
+        ranked = enumerate((entry.cause for entry in found), 1)
+        return next((rank for rank, c in ranked if is_hit(c, self.case, self.facts)), None)
 
 
-def _columns(case: Case, facts: Facts) -> Iterator[str]:
+def cases_of(names: Sequence[str], files: Path) -> Iterator[Read]:
+    """Yields the cases of some lists that the doctor can read."""
+    for name in names:
+        path = LISTS / f"{name}.yaml"
+        for case in read_cases(path) if path.exists() else ():
+            try:
+                facts = facts_of_case(case, files)
+            except InputError as error:
+                print(f"# {name}, {case.id}: left out, {error}")
+                continue
+            yield Read(name, case, facts, symptoms_called(case.symptom_class)[0])
+
+
+def ranks(files: Path) -> None:
+    """Prints the rank of the first cure of each case, as YAML; null where no cause is one."""
+    for read in cases_of((*OLD, *NEW), files):
+        rank = read.rank_in(read.found)
+        print(f"{read.name} {read.case.id}: {'null' if rank is None else rank}", flush=True)
+
+
+def _columns(read: Read) -> Iterator[str]:
     """Yields the columns in which a case counts."""
-    symptom = symptoms_called(case.symptom_class)[0]
-    causes = _causes(case, facts, symptom)
-    rank = next((n for n, c in enumerate(causes, 1) if is_hit(c, case, facts)), None)
+    case, facts, found = read.case, read.facts, read.found
+    rank = read.rank_in(found)
     yield "cases"
     if rank is None:
-        yield TURNED if any(has_place(cause, case, facts) for cause in causes) else NONE
+        yield TURNED if any(has_place(entry.cause, case, facts) for entry in found) else NONE
     else:
         yield FIRST if rank == 1 else FEW if rank <= TOP else SOME if rank <= MANY else LATE
-    if rank != 1 and has_place(causes[0], case, facts):
+    if rank != 1 and has_place(found[0].cause, case, facts):
         yield TURNED_FIRST
     told = symptoms_told(case.symptom)
-    if told[:1] == [symptom]:
+    if told[:1] == [read.symptom]:
         yield CLASS
-    if told and is_hit(_causes(case, facts, told[0])[0], case, facts):
+    by_words = read._replace(symptom=told[0]).found if told else []
+    if any(is_hit(entry.cause, case, facts) for entry in by_words[:1]):
         yield BY_WORDS
 
 
-def _causes(case: Case, facts: Facts, symptom: Symptom) -> list[Cause]:
-    return [found.cause for found in suspicions_of(facts, symptom, Told(case.words))]
-
-
-def main() -> None:
+def losses(files: Path) -> None:
     """Prints the table of losses."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("files", type=Path, help="folder of the cases' files")
-    files = parser.parse_args().files
     print(f"| list | {' | '.join(COLUMNS)} |\n|{'---|' * (len(COLUMNS) + 1)}", flush=True)
-    for lists in (OLD, NEW):
-        total: Counter[str] = Counter()
-        for name in lists:
-            found = losses(name, files)
-            total += found
+    for names in (OLD, NEW):
+        counts: dict[str, Counter[str]] = defaultdict(Counter)
+        for read in cases_of(names, files):
+            counts[read.name].update(_columns(read))
+        for name, found in counts.items():
             _print_row(name, found)
-        _print_row("all", total)
+        _print_row("all", sum(counts.values(), Counter()))
 
 
 def _print_row(name: str, found: Counter[str]) -> None:
     print(f"| {name} | {' | '.join(str(found[column]) for column in COLUMNS)} |", flush=True)
+
+
+def main() -> None:
+    """Takes a step."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    steps = {"losses": losses, "ranks": ranks}
+    parser.add_argument("step", choices=steps)
+    parser.add_argument("files", type=Path, help="folder of the cases' files")
+    arguments = parser.parse_args()
+    steps[arguments.step](arguments.files)
 
 
 if __name__ == "__main__":
