@@ -52,6 +52,11 @@ The second and last time, by these rules, written before that ranking is scored:
   the owners besides it), and the number of forms looked at is told. General knowledge that is added
   to the form is taken from the misses of the lists from which the doctor has learnt; of the
   unlearnt lists only counts are looked at, not cases.
+
+The score that is frozen for `fresh_eight`, November 2026: a sum of four parts (rule, suspect by its
+value, name, likeness of words). By the weights of other owners it has the cure first in 50 of 106
+unlearnt cases, before 43, and among three in 67, before 64; nine of 64 owners gain, two lose,
+p = 0.03; in the 193 others in 97 first, before 101. 134 of about 150 forms, nested: 50 and 68.
 """
 
 from __future__ import annotations

@@ -57,15 +57,12 @@ def likeness_to_texts(terms: frozenset[str], cause: Cause) -> float:
 def _texts() -> tuple[Text, Text]:
     """Returns each cause's terms in the complaints that it cures, and in the suspects' reasons."""
     cured: defaultdict[tuple[str, Direction], dict[str, float]] = defaultdict(dict)
-    reasons: defaultdict[tuple[str, Direction], set[str]] = defaultdict(set)
+    reasons: defaultdict[tuple[str, Direction], dict[str, float]] = defaultdict(dict)
     for known in known_complaints():
         for cause, share in known.causes:
             own = cured[cause.key]
             own |= {term: own.get(term, 0.0) + share for term in known.terms}
     for suspect in all_suspects():
-        reasons[suspect.cause.key].add(suspect.cause.why)
+        reasons[suspect.cause.key] |= dict.fromkeys(terms_of(suspect.cause.why), 1.0)
     logs = {key: {t: math.log1p(share) for t, share in own.items()} for key, own in cured.items()}
-    told = {
-        key: dict.fromkeys(terms_of(" ".join(sorted(own))), 1.0) for key, own in reasons.items()
-    }
-    return logs, told
+    return logs, reasons
