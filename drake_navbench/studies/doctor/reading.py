@@ -149,7 +149,7 @@ def suspicions_of(facts: Facts, symptom: Symptom, told: Told = NOTHING_TOLD) -> 
 
 
 def _pieces(facts: Facts, symptom: Symptom) -> Iterator[Suspicion]:
-    """Yields what rules and suspects say of causes."""
+    """Yields the evidence of rules and suspects, a piece for each cause of each."""
     for finding in findings_of(facts, symptom):
         evidence = Evidence(rule=finding.rule.symptoms[symptom])
         for cause in finding.cures:
@@ -223,7 +223,7 @@ def _merged(pieces: Sequence[Suspicion]) -> Suspicion:
 
 
 def _times_named(facts: Facts, cause: Cause, told: Words) -> float:
-    """Returns how often a user names a cause, in words or as one of a few values."""
+    """Returns the number of times that a user's words or few values count as naming a cause."""
     if cause.is_outside:
         return 0.0
     if facts.told.get(cause.place) == "missing":
