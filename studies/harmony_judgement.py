@@ -204,7 +204,7 @@ def verdicts(rows: pd.DataFrame, rivals: list[str]) -> pd.DataFrame:
 
 
 def losses(table: pd.DataFrame) -> pd.DataFrame:
-    """Returns what is inferior, then what is not shown not to be, against each rival."""
+    """Returns the comparisons that are inferior, then those not shown, against each rival."""
     lost = table[table["not inferior"].isin(["inferior", "not shown"])]
     return lost.drop(columns=["p", "better"]).sort_values(
         ["not inferior", "family", "measure"], kind="stable"
