@@ -110,9 +110,12 @@ def whole_units(rows: pd.DataFrame) -> pd.DataFrame:
     return rows[driven_by == rows.groupby("family")["controller"].transform("nunique")]
 
 
-def tell(rows: pd.DataFrame) -> None:
+def tell(rows: pd.DataFrame, ours: str = judgement.OURS) -> None:
     """Prints the page's tables: losses, families, what is pooled, and touches."""
     rows = whole_units(rows)
+    rows = rows[rows["controller"].isin([ours, *RIVALS])].replace(
+        {"controller": {ours: judgement.OURS}}
+    )
     rivals = [name for name in RIVALS if name in set(rows["controller"])]
     lost = judgement.losses(judgement.verdicts(rows, rivals))
     touched = judgement.touches(rows)
@@ -126,6 +129,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path, nargs="?")
     parser.add_argument("--judge", type=Path, metavar="FILE", help="rows; drives nothing")
+    parser.add_argument("--ours", default=judgement.OURS, help="the column of FILE that is judged")
     parser.add_argument("--try-out", action="store_true", help="two rounds that do not count")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--columns", nargs="+", choices=COLUMNS, default=list(COLUMNS))
@@ -142,7 +146,9 @@ def main() -> None:
     if arguments.judge is not None:
         rows = pd.read_csv(arguments.judge)
         require_no_errors(rows, arguments.judge)
-        tell(rows)
+        if arguments.ours not in set(rows["controller"]):
+            parser.error(f"--ours: got {arguments.ours!r}, expected a column of {arguments.judge}")
+        tell(rows, arguments.ours)
         return
     (arguments.folder / "worlds").mkdir(parents=True, exist_ok=True)
     units = range(arguments.first - 1, arguments.units)

@@ -204,7 +204,7 @@ def verdicts(rows: pd.DataFrame, rivals: list[str]) -> pd.DataFrame:
 
 
 def losses(table: pd.DataFrame) -> pd.DataFrame:
-    """Returns what is inferior, then what is not shown not to be, against each rival."""
+    """Returns the comparisons that are inferior, then those not shown, against each rival."""
     lost = table[table["not inferior"].isin(["inferior", "not shown"])]
     return lost.drop(columns=["p", "better"]).sort_values(
         ["not inferior", "family", "measure"], kind="stable"
@@ -224,22 +224,24 @@ def by_family(table: pd.DataFrame) -> pd.DataFrame:
 def page_table(rows: pd.DataFrame, rivals: list[str]) -> pd.DataFrame:
     """Returns a row a family: who does what is expected, and each measure, in the page's words.
 
-    A measure stands with the rival that ours comes off worst by; ! marks what is not shown.
+    A measure stands with the rival that ours comes off worst by; ! marks what is not shown. The
+    families with most losses come first.
     """
     trials, table = wide(rows), verdicts(rows, rivals)
+    succeed = f"succeed: {OURS}; {', '.join(rivals)}"
     worst = by_family(table).set_index(["family", "measure"])
     found = []
     for family, group in trials.groupby(level="family"):
         counts = [f"{int(succeeded(group, name).sum())}" for name in (OURS, *rivals)]
-        line = {"family": f"`{family}`", "units": len(group), "harmony; rivals": counts[0]}
-        line["harmony; rivals"] += "; " + ", ".join(counts[1:])
+        line = {"family": f"`{family}`", "units": len(group)}
+        line[succeed] = f"{counts[0]}; {', '.join(counts[1:])}"
         for names in (("success",), ("time", "abort time"), ("path error",), ("jerk",)):
             told = [worst.loc[family, name] for name in names if (family, name) in worst.index]
             line[" or ".join(names)] = _words(told[0]) if told else ""
         is_better = [name for name in SUPERIOR if (family, name) in worst.index]
         is_better = [name for name in is_better if worst.loc[(family, name), "better"] == "yes"]
         found.append(line | {"better than each in": ", ".join(is_better)})
-    return pd.DataFrame(found)
+    return pd.DataFrame(sorted(found, key=lambda line: -str(line).count("**")))
 
 
 def _words(told: pd.Series) -> str:

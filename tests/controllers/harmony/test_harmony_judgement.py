@@ -141,7 +141,7 @@ def test_the_page_tells_who_succeeds_and_the_worst_rival(judgement):
         ]
     )
     told = judgement.page_table(rows, ["rpp", "teb"]).iloc[0]
-    assert told["harmony; rivals"] == "30; 30, 30"
+    assert told["succeed: harmony; rpp, teb"] == "30; 30, 30"
     assert told["success"] == "at most 9.5%"
     assert told["time or abort time"] == "10.006, `teb` 9.006 **inferior**"
 
