@@ -57,7 +57,7 @@ def on_plane(pose: FoundPose, datum: Datum | None, where: str) -> FoundPose:
 
 
 def east_and_north(latitude: float, longitude: float, datum: Datum) -> tuple[float, float]:
-    """Returns how far a point lies east and north of a datum, m; degrees."""
+    """Returns the distances of a point to the east and north of a datum, m."""
     here, there = _from_centre(latitude, longitude), _from_centre(*datum)
     dx, dy, dz = (a - b for a, b in zip(here, there, strict=True))
     phi, lam = math.radians(datum.latitude), math.radians(datum.longitude)

@@ -140,7 +140,8 @@ def test_places_on_the_earth_lie_in_a_world_that_tells_its_origin(tmp_path):
     # A second of arc on the equator: 30.92 m to the east.
     goals = tmp_path / "gps.yaml"
     goals.write_text(
-        f"waypoints: [{{latitude: 0, longitude: 10}}, {{latitude: 0, longitude: {10 + 1 / 3600}}}]"
+        "waypoints:\n- {latitude: 0, longitude: 10, yaw: 0}\n"
+        f"- {{latitude: 0, longitude: {10 + 1 / 3600}, yaw: 0}}\n"
     )
     origin = (
         "<spherical_coordinates><latitude_deg>0</latitude_deg><longitude_deg>10</longitude_deg>"
