@@ -64,6 +64,8 @@ PARTS = re.compile(
 REPLACED = re.compile(r"backup|\bbak\b|(^|[_.-])(old|copy|orig(inal)?|deprecated)([_.-]|$)")
 EMPTY_WORLDS = re.compile(r"empty|default")
 SEPARATE = re.compile(r"slam|mapper|keepout|speed_|collision_monitor|localization|amcl")
+# The files by which colcon builds a package, each beside its package.xml.
+BUILT_BY = ("CMakeLists.txt", "setup.py")
 # A package that lies beside the others of Nav2's sources.
 OF_NAV2 = "nav2_costmap_2d"
 # Words of a name that any whole Nav2 file may have.
@@ -134,8 +136,11 @@ def _is_replaced(file: Path) -> bool:
 
 
 def _is_loose(file: Path) -> bool:
-    """Tells whether a file lies in no ROS package, so that no launch file finds it by its name."""
-    return not any((folder / PACKAGE_FILE).is_file() for folder in file.parents)
+    """Tells whether a file lies in no package that is built, such as a template of one."""
+    return not any(
+        (folder / PACKAGE_FILE).is_file() and any((folder / one).is_file() for one in BUILT_BY)
+        for folder in file.parents
+    )
 
 
 def _is_in_copy_of_nav2(file: Path) -> bool:

@@ -82,9 +82,10 @@ def test_a_launched_robot_is_not_replaced_by_a_part_that_its_environment_chooses
     assert taken(root, "robot") == "urdf/bot.xacro"
 
 
-def test_a_file_in_a_package_comes_before_one_of_its_name_in_no_package(tmp_path):
+def test_a_file_in_a_package_comes_before_one_in_a_template_of_it(tmp_path):
     files = {"scripts/models/bot.urdf": BODY, "src/bot/models/bot.urdf": BODY}
-    root = written(tmp_path, {**files, "src/bot/package.xml": "<package/>"})
+    files |= {"scripts/package.xml": "<package/>", "src/bot/package.xml": "<package/>"}
+    root = written(tmp_path, {**files, "src/bot/setup.py": "setup(name='bot')"})
     assert taken(root, "robot") == "src/bot/models/bot.urdf"
 
 
