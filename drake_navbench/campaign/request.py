@@ -290,9 +290,11 @@ class Request(FrozenModel):
         scenarios: list[Scenario] = []
         known = None if task.map is None else Path(task.map)
         given = _goal_file(task)
-        around = [pose for pose in (task.start, task.goal) if pose is not None]
-        around += [] if given is None else [place.pose.standing for place in given.places]
         for name in task.worlds:
+            around = [pose for pose in (task.start, task.goal) if pose is not None]
+            if given is not None:
+                given = _in_world(given, Path(name), self._folders)
+                around += [place.pose.standing for place in given.places]
             world = load_gazebo_world(
                 Path(name),
                 lidar_m=robot.lidar.height_m,
@@ -338,6 +340,17 @@ class Request(FrozenModel):
         return sample_tasks(
             path, robot, task.goals or 1, seed=self.seed, start=task.start, beside=further
         )
+
+
+def _in_world(goals: GoalFile, world: Path, folders: Sequence[Path]) -> GoalFile:
+    """Returns a file of places in m of a world, whose own origin on the earth may be needed."""
+    if not goals.is_on_earth:
+        return goals
+    from drake_navbench.inputs.descriptions.world import origin_on_earth
+    from drake_navbench.inputs.goal_on_earth import Datum
+
+    origin = origin_on_earth(world, folders)
+    return goals.on_ground(origin and Datum(*origin))
 
 
 def _goal_file(task: MapTask) -> GoalFile | None:

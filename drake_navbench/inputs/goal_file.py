@@ -25,6 +25,7 @@ from drake_navbench.inputs.goal_graph import (
     require_map_frame,
     rmf_graph,
 )
+from drake_navbench.inputs.goal_on_earth import DATUM, Datum, datum_in, on_plane
 from drake_navbench.inputs.goal_poses import (
     ORIENTATIONS,
     POSES,
@@ -70,6 +71,7 @@ class GoalFile(NamedTuple):
 
     edges: of a route graph, pairs of indices of places (from, to); None where the robot drives from
     place to place in order. start: the pose that the file calls the start. told: remarks.
+    datum: the origin of the map on the earth, if the file has it.
     """
 
     path: Path
@@ -77,6 +79,24 @@ class GoalFile(NamedTuple):
     edges: tuple[tuple[int, int], ...] | None = None
     start: FoundPose | None = None
     told: tuple[str, ...] = ()
+    datum: Datum | None = None
+
+    @property
+    def is_on_earth(self) -> bool:
+        """Whether a place is one by latitude and longitude."""
+        return any(place.pose.is_on_earth for place in self.places)
+
+    def on_ground(self, datum: Datum | None = None) -> GoalFile:
+        """Returns the file with all places in m of a map or world, whose datum is the file's own,
+        else the one given; raises InputError where a place needs one and there is none.
+        """
+        datum = self.datum or datum
+        places = tuple(
+            place._replace(pose=on_plane(place.pose, datum, f"{self.path}: {place.name}"))
+            for place in self.places
+        )
+        start = self.start and on_plane(self.start, datum, f"{self.path}: its start")
+        return self._replace(places=places, start=start)
 
 
 def read_goal_file(path: Path) -> GoalFile:
@@ -131,13 +151,14 @@ def _graph_in(data: Any, path: Path) -> GoalFile | None:
         graph = rmf_graph(data, str(path))
     else:
         return None
-    return GoalFile(path, graph.places, graph.edges or None)
+    datum = datum_in(data, f"{path}: ")
+    return GoalFile(path, graph.places, graph.edges or None, datum=datum)
 
 
 def _list_in(data: Any, path: Path) -> GoalFile:
     """Returns the places of a list or mapping of places, and the edges between them if it has any.
 
-    Raises InputError for places by latitude and longitude, or in another frame than the map's.
+    Raises InputError for places in another frame than the map's.
     """
     top = _unwrapped(data, f"{path}: ")
     own = top if isinstance(top, Mapping) else {}
@@ -145,7 +166,7 @@ def _list_in(data: Any, path: Path) -> GoalFile:
         if FRAMES.search(str(key)):
             require_map_frame(value, str(path))
     start = next((_start(own[key], f"{path}: {key}") for key in STARTS if key in own), None)
-    rest = {key: value for key, value in own.items() if key not in STARTS} if own else top
+    rest = {key: value for key, value in own.items() if key not in (*STARTS, DATUM)} if own else top
     places, told = _chosen(rest, path)
     places, listed = _in_named_order(own, places)
     told += [f"{path}: {line}" for line in listed]
@@ -153,7 +174,8 @@ def _list_in(data: Any, path: Path) -> GoalFile:
     where = f"{path}: {next((name for name in EDGES if name in own), 'edges')}"
     is_graph = edges is not None or any(place.neighbours for place in places)
     pairs = edges_between(places, edges, where) if is_graph else ()
-    return GoalFile(path, tuple(places), pairs or None, start, tuple(told))
+    datum = datum_in(own, f"{path}: ")
+    return GoalFile(path, tuple(places), pairs or None, start, tuple(told), datum)
 
 
 def _unwrapped(data: Any, where: str) -> Any:

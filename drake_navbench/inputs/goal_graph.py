@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.goal_poses import FoundPose, checked, gps_fault, number_of
+from drake_navbench.inputs.goal_poses import FoundPose, checked, number_of
 
 EDGES = ("edges", "lanes", "links", "connections")
 NEIGHBOURS = ("neighbours", "neighbors", "connections", "connected_to", "adjacent", "edges")
@@ -66,9 +66,7 @@ def geojson_graph(data: Mapping[str, Any], source: str) -> Graph:
         if "startid" in own and "endid" in own:
             lines.append((where, (str(own["startid"]), str(own["endid"]))))
         elif shape.get("type") == "Point":
-            pose = _point(shape, where)
-            if not is_metric:
-                raise gps_fault(where)
+            pose = _point(shape, where, is_on_earth=not is_metric)
             require_map_frame(own.get("frame", ""), where)
             ids.append(str(own.get("id", index)))
             places.append(Place(_name_in(own, ids[-1]), pose))
@@ -158,11 +156,11 @@ def _edges(
     return tuple(dict.fromkeys((index[a], index[b]) for _, (a, b) in pairs))
 
 
-def _point(shape: Mapping[str, Any], where: str) -> FoundPose:
+def _point(shape: Mapping[str, Any], where: str, *, is_on_earth: bool) -> FoundPose:
     x, y = (number_of(one) for one in (*_list(shape.get("coordinates"))[:2], None, None)[:2])
     if x is None or y is None:
         raise InputError(f"{where}.geometry.coordinates: expected x and y, in m")
-    return checked(FoundPose(x, y), where)
+    return checked(FoundPose(x, y, is_on_earth=is_on_earth), where)
 
 
 def _name_in(own: Mapping[Any, Any], otherwise: str) -> str:

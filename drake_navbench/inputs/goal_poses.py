@@ -38,11 +38,15 @@ UNIT_TOLERANCE = 0.02
 
 
 class FoundPose(NamedTuple):
-    """A place, x and y in m, and its heading in rad; None where the file has none."""
+    """A place, x and y in m, and its heading in rad; None where the file has none.
+
+    is_on_earth: x is a longitude and y a latitude, in degrees; `goal_on_earth.py` makes them m.
+    """
 
     x: float
     y: float
     yaw: float | None = None
+    is_on_earth: bool = False
 
     @property
     def standing(self) -> Pose:
@@ -112,27 +116,16 @@ def shown(where: str) -> str:
 
 def checked(pose: FoundPose, where: str) -> FoundPose:
     """Returns a pose; raises InputError where it is farther away than any map reaches."""
+    if pose.is_on_earth and not (abs(pose.y) <= 90.0 and abs(pose.x) <= 360.0):
+        raise InputError(
+            f"{shown(where)}: latitude {pose.y:g}, longitude {pose.x:g}; expected degrees"
+        )
     if max(abs(pose.x), abs(pose.y)) > MAX_LENGTH_M:
         raise InputError(
             f"{shown(where)}: x {pose.x:.10g}, y {pose.y:.10g}; expected m in the map's frame, "
             f"{-MAX_LENGTH_M:g} to {MAX_LENGTH_M:g}"
         )
     return pose
-
-
-def require_no_gps(value: Mapping[Any, Any], where: str) -> None:
-    """Raises InputError for a place by latitude and longitude."""
-    names = {str(key).lower() for key in value}
-    if not names.isdisjoint(LATITUDES) and not names.isdisjoint(LONGITUDES) and "x" not in names:
-        raise gps_fault(where)
-
-
-def gps_fault(where: str) -> InputError:
-    """Returns the fault of GPS coordinates, with the remedy."""
-    return InputError(
-        f"{shown(where)}: latitude and longitude; expected x, y in m in the map's frame: convert "
-        "them with the datum of your navsat_transform (its service fromLL)"
-    )
 
 
 def _renamed(value: Mapping[Any, Any]) -> dict[str, Any]:
@@ -147,8 +140,13 @@ def _renamed(value: Mapping[Any, Any]) -> dict[str, Any]:
 
 
 def _pose_of_mapping(value: Mapping[str, Any], where: str) -> FoundPose | None:
-    require_no_gps(value, where)
     turn = _turn_in(value, where)
+    named = {DEGREES.sub("", name): name for name in value}
+    latitude = next((named[name] for name in LATITUDES if name in named), None)
+    longitude = next((named[name] for name in LONGITUDES if name in named), None)
+    if latitude and longitude and "x" not in value:
+        y, x = (_required(value, name, where, "degrees") for name in (latitude, longitude))
+        return checked(FoundPose(x, y, turn, is_on_earth=True), where)
     for begin in OF_POSITION:
         if f"{begin}x" in value and f"{begin}y" in value:
             x, y = (_required(value, f"{begin}{axis}", where) for axis in "xy")
@@ -174,10 +172,10 @@ def _pose_of_mapping(value: Mapping[str, Any], where: str) -> FoundPose | None:
     return None
 
 
-def _required(value: Mapping[str, Any], name: str, where: str) -> float:
+def _required(value: Mapping[str, Any], name: str, where: str, unit: str = "m") -> float:
     found = number_of(value[name])
     if found is None:
-        raise InputError(f"{below(where, name)}: got {value[name]!r}; expected a number, in m")
+        raise InputError(f"{below(where, name)}: got {value[name]!r}; expected a number, in {unit}")
     return found
 
 

@@ -128,6 +128,7 @@ def _tasks(
     made: Callable[[Pose, Pose, str], Scenario],
 ) -> list[Scenario]:
     """Returns a task for each leg; ground: the map or world, whose name they have."""
+    goals = goals.on_ground()
     for line in goals.told:
         warnings.warn(line, InputWarning, stacklevel=4)
     _require_few(goals)

@@ -64,6 +64,8 @@ PARTS = re.compile(
 REPLACED = re.compile(r"backup|\bbak\b|(^|[_.-])(old|copy|orig(inal)?|deprecated)([_.-]|$)")
 EMPTY_WORLDS = re.compile(r"empty|default")
 SEPARATE = re.compile(r"slam|mapper|keepout|speed_|collision_monitor|localization|amcl")
+# The files by which colcon builds a package, each beside its package.xml.
+BUILT_BY = ("CMakeLists.txt", "setup.py")
 # A package that lies beside the others of Nav2's sources.
 OF_NAV2 = "nav2_costmap_2d"
 # Words of a name that any whole Nav2 file may have.
@@ -87,7 +89,7 @@ def find_package_files(roots: Sequence[Path]) -> PackageFiles:
         chosen.sort(
             key=lambda f: (
                 *(rank(f)[0], root_of(f), _is_in_copy_of_nav2(f), _is_replaced(f)),
-                *(rank(f), len(f.parts), str(f)),
+                *(rank(f), _is_loose(f), len(f.parts), str(f)),
             )
         )
         return tuple(chosen)
@@ -131,6 +133,14 @@ def find_package_files(roots: Sequence[Path]) -> PackageFiles:
 
 def _is_replaced(file: Path) -> bool:
     return REPLACED.search(file.name.lower()) is not None
+
+
+def _is_loose(file: Path) -> bool:
+    """Tells whether a file lies in no package that is built, such as a template of one."""
+    return not any(
+        (folder / PACKAGE_FILE).is_file() and any((folder / one).is_file() for one in BUILT_BY)
+        for folder in file.parents
+    )
 
 
 def _is_in_copy_of_nav2(file: Path) -> bool:
@@ -188,10 +198,10 @@ def _driving_first(
     the base frames of a Nav2 file. Such a link counts most, then a lidar, then a plugin; of two
     alike models the one that includes the other is better. One with a plugin that a launch file
     names gives way to none that no launch file names, but for one that includes it; nor does one
-    that cannot be read give way to a robot that merely stands in a world.
+    that cannot be read give way to its parts, or to a robot that merely stands in a world.
     """
     best: Path | None = None
-    is_unread = False
+    unread: list[Path] = []
     most = (False, False, False)
     # A file of the same name for another robot would fail as this one did.
     tried: set[str] = set()
@@ -201,14 +211,15 @@ def _driving_first(
         if best is not None and most[2] and _is_launched_alone(best, file, launches):
             continue
         is_launched = launches.folders(file) > 0
-        if is_unread and not is_launched and _is_gazebo_world(file):
+        is_part = any(_includes(whole, file) for whole in unread)
+        if is_part or (unread and not is_launched and _is_gazebo_world(file)):
             continue
         tried.add(file.name)
         if len(tried) > MAX_TRIED:
             break
         model = _readable(file, roots)
         if model is None:
-            is_unread |= is_launched
+            unread += [file] if is_launched else []
             continue
         value = _value(model, frames)
         drives = value[2] or _has_wheels(model)

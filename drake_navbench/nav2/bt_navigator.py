@@ -60,8 +60,9 @@ def _tree_of(reader: NodeReader, name: str, release: Release) -> Fields:
         file = installed_tree(file_name, release)
         if file is not None:
             reader.note(Status.OTHER_FORM, name, f"that of the installed Nav2, {file}")
-    if file is None and file_name in DEFAULT_TREES["tree"]:
-        return _used(reader, name, _default_tree_to_a_pose(release))
+    of_nav2 = _tree_of_nav2(file_name, release) if file is None else None
+    if of_nav2 is not None:
+        return _used(reader, name, of_nav2)
     if file is None:
         remark = f"{file_name}: not beside the file; Nav2's default tree is used instead"
         reader.note(Status.STAND_IN, name, remark)
@@ -74,12 +75,15 @@ def _tree_of(reader: NodeReader, name: str, release: Release) -> Fields:
     return _used(reader, name, tree)
 
 
-def _default_tree_to_a_pose(release: Release) -> NodeDescription:
-    """Returns the default tree of tasks to a single pose."""
+def _tree_of_nav2(file_name: str, release: Release) -> NodeDescription | None:
+    """Returns the tree that Nav2 has in a file of this name; None without one."""
     # Imported late: py_trees takes a while, and few files name a tree.
-    from drake_navbench.navigation.behavior_tree.navigators import default_tree
+    from drake_navbench.navigation.behavior_tree.navigators import default_tree, named_tree
 
-    return default_tree(BehaviorTreeSettings(**navigation_of(release)["behavior_tree"]))
+    settings = BehaviorTreeSettings(**navigation_of(release)["behavior_tree"])
+    if file_name in DEFAULT_TREES["tree"]:
+        return default_tree(settings)
+    return named_tree(file_name, settings)
 
 
 def _used(reader: NodeReader, name: str, tree: NodeDescription) -> Fields:

@@ -53,6 +53,42 @@ def maps(*names):
     }
 
 
+BODY = f'<robot name="bot">{link(BOX)}{WHEELS}</robot>'
+ENV = (
+    '<robot name="bot" xmlns:xacro="http://wiki.ros.org/xacro">'
+    "<xacro:if value=\"${'$(env BOT_TYPE)' == 'tank'}\"><xacro:include filename=\"tank.xacro\"/>"
+    "</xacro:if><xacro:if value=\"${'$(env BOT_TYPE)' == 'acker'}\">"
+    '<xacro:include filename="acker.xacro"/></xacro:if></robot>'
+)
+
+
+def test_a_launched_robot_is_not_replaced_by_a_part_that_its_environment_chooses(
+    tmp_path, monkeypatch
+):
+    root = written(
+        tmp_path,
+        {
+            "urdf/bot.xacro": ENV,
+            "urdf/acker.xacro": BODY,
+            "urdf/tank.xacro": BODY,
+            "launch/bot.launch.py": "path = os.path.join(share, 'urdf/bot.xacro')",
+        },
+    )
+    monkeypatch.delenv("BOT_TYPE", raising=False)
+    assert taken(root, "robot") == "urdf/bot.xacro"
+    with pytest.raises(InputError, match="asks for the environment variable BOT_TYPE, which is"):
+        describe_robot(root / "urdf/bot.xacro")
+    monkeypatch.setenv("BOT_TYPE", "tank")
+    assert taken(root, "robot") == "urdf/bot.xacro"
+
+
+def test_a_file_in_a_package_comes_before_one_in_a_template_of_it(tmp_path):
+    files = {"scripts/models/bot.urdf": BODY, "src/bot/models/bot.urdf": BODY}
+    files |= {"scripts/package.xml": "<package/>", "src/bot/package.xml": "<package/>"}
+    root = written(tmp_path, {**files, "src/bot/setup.py": "setup(name='bot')"})
+    assert taken(root, "robot") == "src/bot/models/bot.urdf"
+
+
 def taken(root, kind):
     """Returns the path, in the repository, of the file of a kind that is taken."""
     return find_package_files([root]).picked([])[kind].relative_to(root).as_posix()

@@ -11,8 +11,12 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.nav2.nav2_setup import Nav2Setup
+from drake_navbench.nav2.release import navigation_of
 from drake_navbench.navigation.behavior_tree.builder import faults_of
+from drake_navbench.navigation.behavior_tree.navigators import named_tree
+from drake_navbench.navigation.behavior_tree.settings import BehaviorTreeSettings
 from drake_navbench.navigation.behavior_tree.tree_file import read_tree_file
+from drake_navbench.plugins.releases import Release
 
 JAZZY = Path(__file__).parents[1] / "nav2" / "nav2_files" / "jazzy.yaml"
 PLAIN = """<root main_tree_to_execute="Main">
@@ -182,6 +186,44 @@ def test_a_tree_of_the_installed_nav2_is_taken_and_told(tmp_path, monkeypatch):
 def test_a_tree_that_is_not_there_is_a_stand_in(tmp_path):
     (row,) = setup_with(tmp_path, None).check.stand_ins
     assert row.remark == "drive.xml: not beside the file; Nav2's default tree is used instead"
+
+
+# The trees of Nav2 that are not the default and follow a path, with the node that paces each.
+OF_NAV2 = {
+    "follow_point": "RateController",
+    "nav_to_pose_with_consistent_replanning_and_if_path_becomes_invalid": "PathExpiringTimer",
+    "navigate_to_pose_w_replanning_goal_patience_and_recovery": "PathLongerOnApproach",
+    "navigate_w_recovery_and_replanning_only_if_path_becomes_invalid": "GlobalUpdatedGoal",
+    "navigate_w_replanning_distance": "DistanceController",
+    "navigate_w_replanning_only_if_goal_is_updated": "GoalUpdatedController",
+    "navigate_w_replanning_only_if_path_becomes_invalid": "GlobalUpdatedGoal",
+    "navigate_w_replanning_speed": "SpeedController",
+    "navigate_w_replanning_time": "RateController",
+}
+
+
+@pytest.mark.parametrize("name", OF_NAV2)
+def test_another_tree_of_nav2_is_known_by_its_file_name(tmp_path, name):
+    path = tmp_path / "nav2.yaml"
+    named = f"default_nav_to_pose_bt_xml: /opt/ros/jazzy/share/nav2_bt_navigator/b/{name}.xml"
+    path.write_text(JAZZY.read_text().replace("bt_loop_duration: 20", named))
+    setup = read_nav2_files([path], load_robot("round_robot"), "round_robot")
+    assert setup.check.is_whole
+    assert OF_NAV2[name] in {n.node for n in setup.robot.navigation.behavior_tree.tree.iterate()}
+
+
+@pytest.mark.parametrize(
+    ("release", "validity", "speed"),
+    [("humble", "IsPathValid", "0.05"), ("kilted", "IsPathValid", "0.15"),
+     ("lyrical", "ValidatePath", "0.15")],
+)  # fmt: skip
+def test_a_tree_of_nav2_is_that_of_the_release(release, validity, speed):
+    settings = BehaviorTreeSettings(**navigation_of(Release(release))["behavior_tree"])
+    name = "navigate_w_recovery_and_replanning_only_if_path_becomes_invalid.xml"
+    nodes = {node.node: node for node in named_tree(name, settings).iterate()}
+    assert validity in nodes
+    assert nodes["BackUp"].attributes["backup_speed"] == speed
+    assert named_tree("drive.xml", settings) is None
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ import pytest
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.goal_file import GoalFile, could_be_goals, read_goal_file
+from drake_navbench.inputs.goal_on_earth import Datum
 
 HALF = math.pi / 2.0
 # The places A (1, 2), facing y, and B (3, 4), facing x, in every form that is read.
@@ -89,6 +90,40 @@ def test_places_left_out_and_headings_in_degrees_are_told(tmp_path):
     assert told == (f"{tmp_path}/half_turns.csv: headings of up to 90 are taken as degrees",)
 
 
+# One second of arc is 1/3600 degree: on the equator 30.92 m to the east and 30.715 to the north.
+SECOND = 1.0 / 3600.0
+ON_EARTH = {
+    "gps.yaml": f"waypoints: [{{latitude: 0, longitude: 0}}, {{latitude: {SECOND}, longitude: 0}}]",
+    "gps.csv": f"lat_deg,lng_deg\n0,0\n{SECOND},0\n",
+    "sea.geojson": (
+        '{"features": [{"geometry": {"type": "Point", "coordinates": [0, 0]}},'
+        f' {{"geometry": {{"type": "Point", "coordinates": [0, {SECOND}]}}}}]}}'
+    ),
+}
+
+
+@pytest.mark.parametrize("name", ON_EARTH)
+def test_latitudes_and_longitudes_are_metres_north_and_east_of_a_datum(tmp_path, name):
+    found = read(tmp_path, name, ON_EARTH[name])
+    a, b = (place.pose for place in found.on_ground(Datum(0.0, -SECOND)).places)
+    assert (a.x, a.y) == (pytest.approx(30.92, abs=0.005), 0.0)
+    assert (b.x, b.y) == (pytest.approx(30.92, abs=0.005), pytest.approx(30.715, abs=0.005))
+
+
+def test_the_datum_in_the_file_itself_comes_first(tmp_path):
+    text = "datum: [60.0, 10.0, 0]\ngoals: [{lat: 60.0, lon: 10.0, yaw: 1}, {lat: 60, lon: 10.1}]"
+    a, b = (place.pose for place in read(tmp_path, "own.yaml", text).on_ground().places)
+    assert a == (0.0, 0.0, 1.0, False)
+    # A tenth of a degree at 60 degrees: 6378137 m * 1.0025, by the ellipsoid, * cos 60 * pi / 1800.
+    assert b.x == pytest.approx(5580.0, abs=1.0)
+
+
+def test_without_a_datum_a_line_says_where_it_can_stand(tmp_path):
+    found = read(tmp_path, "gps.yaml", ON_EARTH["gps.yaml"])
+    with pytest.raises(InputError, match=r"gps.yaml: waypoints\[0\]: latitude and longitude; exp"):
+        found.on_ground()
+
+
 GRAPHS = {
     "route.geojson": """{"type": "FeatureCollection", "features": [
         {"properties": {"id": 7, "frame": "map", "metadata": {"name": "A"}},
@@ -113,15 +148,11 @@ def test_the_edges_of_a_graph_are_its_ways(tmp_path, name):
 
 
 REFUSED = {
-    "gps.yaml": (
-        "waypoints: [{latitude: 38.1, longitude: -122.4, yaw: 0}]",
-        "gps.yaml: waypoints[0]: latitude and longitude; expected x, y in m",
+    "pole.csv": ("lat,lon\n125.0,21.5\n", "pole.csv, line 2: latitude 125, longitude 21.5"),
+    "north.yaml": (
+        "datum: [48.0, 11.0, 1.57]\nwaypoints: [{lat: 48, lon: 10.1}]",
+        "north.yaml: datum: a heading of 1.57; expected 0, x to the east",
     ),
-    "sea.geojson": (
-        '{"features": [{"geometry": {"type": "Point", "coordinates": [30.2, 59.9]}}]}',
-        "sea.geojson: features[0]: latitude and longitude; expected x, y in m",
-    ),
-    "gps.csv": ("lat,lon\n25.0,121.5\n", "gps.csv, line 2: latitude and longitude"),
     "text.yaml": (
         "waypoints: [{x: 1, y: 2}, {x: left, y: 2}]",
         "text.yaml: waypoints[1].x: got 'left'; expected a number, in m",

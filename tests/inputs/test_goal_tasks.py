@@ -136,6 +136,35 @@ def test_map_and_world_take_them_from_the_command_line_and_again_from_the_manife
             assert "line 2 (2.000, 0.000) lies inside an obstacle" in str(told[0].message)
 
 
+def test_places_on_the_earth_lie_in_a_world_that_tells_its_origin(tmp_path):
+    # A second of arc on the equator: 30.92 m to the east.
+    goals = tmp_path / "gps.yaml"
+    goals.write_text(
+        "waypoints:\n- {latitude: 0, longitude: 10, yaw: 0}\n"
+        f"- {{latitude: 0, longitude: {10 + 1 / 3600}, yaw: 0}}\n"
+    )
+    origin = (
+        "<spherical_coordinates><latitude_deg>0</latitude_deg><longitude_deg>10</longitude_deg>"
+        "<heading_deg>{}</heading_deg></spherical_coordinates></world>"
+    )
+    shifted = WORLD.replace("<pose>2 0", "<pose>9 0")
+
+    def ways(content: str):
+        world = tmp_path / "earth.world"
+        world.write_text(content)
+        options = [str(world), "--goals", str(goals), "--robot", "round_robot"]
+        options += ["--controllers", "rpp"]
+        return request_from_arguments(build_parser().parse_args(options)).shown().scenarios
+
+    (task,) = ways(shifted.replace("</world>", origin.format(180)))
+    assert task.start[:2] == (0.0, 0.0)
+    assert task.goal == (pytest.approx(30.92, abs=0.01), 0.0, 0.0)
+    with pytest.raises(InputError, match="heading_deg 90; expected 0 or 180"):
+        ways(shifted.replace("</world>", origin.format(90)))
+    with pytest.raises(InputError, match="expected a Gazebo world with <spherical_coordinates>"):
+        ways(shifted)
+
+
 @pytest.mark.parametrize("given", ["0", "2.5", "many"])
 def test_neither_a_number_nor_a_file_is_one_line(given, capsys):
     with pytest.raises(SystemExit):

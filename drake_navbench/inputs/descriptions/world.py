@@ -67,21 +67,7 @@ def read_world(path: Path, folders: Sequence[Path] = ()) -> WorldSource:
 
     folders: searched for models and packages, besides the repository around the file.
     """
-    if path.suffix == WEBOTS:
-        raise InputError(
-            f"{path}: is a world of Webots; expected one of Gazebo (.world, .sdf), a map of "
-            "Nav2's map server, or a scenario"
-        )
-    content = read_input(path, max_bytes=MAX_FILE_BYTES)
-    require_utf_8(path, content)
-    if path.suffix == XACRO or b"<xacro:" in content:
-        content = expand_xacro(path, None, folders).text.encode()
-    if TEMPLATE.search(content):
-        raise InputError(f"{path}: is a template; expected the world that is made of it")
-    root = read_xml(content, str(path))
-    world = root.find("world")
-    if root.tag not in ("sdf", "gazebo") or world is None:
-        raise InputError(f"{path}: expected <sdf> with a <world>, found <{root.tag}>")
+    world = _world_element(path, folders)
     source = WorldSource(path)
     reader = SdfReader(Packages(path, folders))
     source.remarks = reader.remarks
@@ -100,6 +86,47 @@ def read_world(path: Path, folders: Sequence[Path] = ()) -> WorldSource:
         elif element.tag in ("population", "road"):
             source.remarks.append(f"left out <{element.tag}>: it is not read")
     return source
+
+
+def origin_on_earth(path: Path, folders: Sequence[Path] = ()) -> tuple[float, float] | None:
+    """Returns the latitude and longitude of a world's origin, degrees; None if it tells none.
+
+    Raises InputError for a heading: at 0, and in classic Gazebo at 180 degrees, x points east.
+    """
+    given = _world_element(path, folders).find("spherical_coordinates")
+    if given is None:
+        return None
+    latitude, longitude, heading = (
+        number(given.findtext(f"{name}_deg")) for name in ("latitude", "longitude", "heading")
+    )
+    if latitude is None or longitude is None:
+        return None
+    turn = heading or 0.0
+    if turn % 180.0 != 0.0:
+        raise InputError(
+            f"{path}: spherical_coordinates: heading_deg {turn:g}; expected 0 or 180, by which x "
+            "points east"
+        )
+    return latitude, longitude
+
+
+def _world_element(path: Path, folders: Sequence[Path]) -> ElementTree.Element:
+    if path.suffix == WEBOTS:
+        raise InputError(
+            f"{path}: is a world of Webots; expected one of Gazebo (.world, .sdf), a map of "
+            "Nav2's map server, or a scenario"
+        )
+    content = read_input(path, max_bytes=MAX_FILE_BYTES)
+    require_utf_8(path, content)
+    if path.suffix == XACRO or b"<xacro:" in content:
+        content = expand_xacro(path, None, folders).text.encode()
+    if TEMPLATE.search(content):
+        raise InputError(f"{path}: is a template; expected the world that is made of it")
+    root = read_xml(content, str(path))
+    world = root.find("world")
+    if root.tag not in ("sdf", "gazebo") or world is None:
+        raise InputError(f"{path}: expected <sdf> with a <world>, found <{root.tag}>")
+    return world
 
 
 def _state_poses(world: ElementTree.Element) -> dict[str, Array]:

@@ -1,7 +1,8 @@
 """The trees of Nav2's navigators: by default navigate_..._w_replanning_and_recovery of a release.
 
-The XML files are in default_trees/, a folder a navigator, a file a release. A variable in a file
-takes the value of the setting of its name.
+The XML files are in default_trees/, a folder a navigator, a file a release. Nav2's other trees that
+follow a path are in named_trees/, a folder each, a file for its release and later ones. A variable
+in a file takes the value of the setting of its name.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ from drake_navbench.navigation.behavior_tree.tree_node import ControlNode, TreeN
 from drake_navbench.plugins.releases import Release
 
 FOLDER = Path(__file__).parent / "default_trees"
+NAMED_FOLDER = Path(__file__).parent / "named_trees"
 # Releases that have the files of an earlier one.
 FILES: Mapping[str, Mapping[Release, Release]] = {
     NAVIGATE_TO_POSE: {Release.JAZZY: Release.IRON, Release.KILTED: Release.IRON},
@@ -83,11 +85,23 @@ def default_tree(
 
     A recovery action that is not in the file is a leaf of its name, to be replaced.
     """
-    names = sorted(BehaviorTreeSettings.model_fields.keys() - {*NAVIGATOR_OF, "recovery_actions"})
-    values = {name: str(getattr(settings, name)) for name in names}
     release = settings.nav2_release
     file = FOLDER / navigator / f"{FILES[navigator].get(release, release)}.xml"
-    return _with_actions(_read(file, tuple(values.items())), settings)
+    return _with_actions(_read(file, _values(settings)), settings)
+
+
+def named_tree(file_name: str, settings: BehaviorTreeSettings) -> NodeDescription | None:
+    """Returns the tree that Nav2 has in a file, in the settings' release; None without one."""
+    folder = NAMED_FOLDER / file_name.removesuffix(".xml")
+    files = [folder / f"{release}.xml" for release in Release if release <= settings.nav2_release]
+    found = [file for file in files if file_name.endswith(".xml") and file.is_file()]
+    return _read(found[-1], _values(settings)) if found else None
+
+
+def _values(settings: BehaviorTreeSettings) -> tuple[tuple[str, str], ...]:
+    """Returns the values of the variables in our files, by name."""
+    names = sorted(BehaviorTreeSettings.model_fields.keys() - {*NAVIGATOR_OF, "recovery_actions"})
+    return tuple((name, str(getattr(settings, name))) for name in names)
 
 
 @cache
