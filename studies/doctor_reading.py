@@ -2,9 +2,6 @@
 
     python studies/doctor_reading.py losses FOLDER     the table of losses, list by list
     python studies/doctor_reading.py ranks FOLDER      the rank of the first cure, case by case
-    python studies/doctor_reading.py judge FOLDER      the ranks by weights of other owners, beside
-                                                       those of `doctor_reading_before.yaml`
-    python studies/doctor_reading.py fit FOLDER        fits the doctor's weights to all cases
 
 For the cases of each list in `doctor_cases/` the program counts where the doctor, given the right
 class, has the cure: first, second or third, fourth to twelfth, later; among the causes in the other
@@ -53,24 +50,21 @@ The second and last time, by these rules, written before that ranking is scored:
   to the form is taken from the misses of the lists from which the doctor has learnt; of the
   unlearnt lists only counts are looked at, not cases.
 
-The score that is frozen for `fresh_eight`, November 2026: a sum of four parts (rule, suspect by its
-value, name, likeness of words). By the weights of other owners it has the cure first in 50 of 106
-unlearnt cases, before 43, and among three in 67, before 64; nine of 64 owners gain, two lose,
-p = 0.03; in the 193 others in 97 first, before 101. 134 of about 150 forms, nested: 50 and 68.
+What came of it, November 2026. The frozen ranking (commit `59e1f81d`: a sum of four parts, rule,
+suspect by its value, name, likeness of words) had on the eighth list, which its collectors made in
+two halves, `fresh_eight` and `fresh_nine`, 31 of 53 cures first, as many as the ranking before, and
+45 among three, before 42: the first rule holds. Over all 159 unlearnt cases it has 81 first, before
+74, and 112 among three, before 106; of 96 owners 12 gain the first place and 5 lose it, p = 0.07:
+the second rule does not hold. The ranking was taken out for good.
 """
 
 from __future__ import annotations
 
 import argparse
-import math
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
-
-import numpy as np
-from scipy.optimize import minimize
-from scipy.stats import binomtest
 
 from drake_navbench.errors import InputError
 from drake_navbench.studies.doctor.alike import Told
@@ -84,22 +78,21 @@ from drake_navbench.studies.doctor.known_cases import (
     is_hit,
     read_cases,
 )
-from drake_navbench.studies.doctor.ranking import WEIGHTS, Evidence
 from drake_navbench.studies.doctor.reading import Suspicion, suspicions_of
 from drake_navbench.studies.doctor.symptoms import Symptom
-from drake_navbench.typed_files.output_file import write_text
-from drake_navbench.typed_files.typed_yaml import read_yaml
 
 LISTS = Path(__file__).parent / "doctor_cases"
 # The lists from which the doctor has learnt, and those from which it has not.
 OLD = ("thirty_eight", "development", "test", "fresh", "fresh_two")
-NEW = ("fresh_three", "fresh_four", "fresh_five", "fresh_six", "fresh_seven", "fresh_eight")
-# The ranks by the ranking before, as `ranks` printed them.
-BEFORE = LISTS.parent / "doctor_reading_before.yaml"
-# Hosts of the threads of many users, each of whom is an owner.
-HOSTS = ("ros-navigation", "ros-planning")
-# The penalty on the squared weights of the evidence, each by its standard deviation.
-PENALTY = 20.0
+NEW = (
+    "fresh_three",
+    "fresh_four",
+    "fresh_five",
+    "fresh_six",
+    "fresh_seven",
+    "fresh_eight",
+    "fresh_nine",
+)
 # The most that a user reads: the doctor asks about twelve complaints.
 MANY = 12
 FIRST, FEW, SOME, LATE, TURNED, NONE = (
@@ -183,115 +176,12 @@ def _print_row(name: str, found: Counter[str]) -> None:
     print(f"| {name} | {' | '.join(str(found[column]) for column in COLUMNS)} |", flush=True)
 
 
-def owner_of(link: str) -> str:
-    """Returns the owner of a repository, a thread or a note."""
-    first = link.partition("/")[0]
-    if link.startswith("note"):
-        return link.rpartition(",")[0] or link
-    return link.partition("@")[0] if first in HOSTS or "#" in link else first.lower()
-
-
-class Choice(NamedTuple):
-    """The causes of a case, one row of evidence each. is_cure: which of them are cures."""
-
-    read: Read
-    owner: str
-    found: list[Suspicion]
-    evidence: np.ndarray
-    is_cure: np.ndarray
-
-    def rank(self, weights: np.ndarray) -> int | None:
-        """Returns the rank of the first cure with some weights, from 1; None without one."""
-        scores = self.evidence @ weights
-        order = sorted(range(len(scores)), key=lambda n: (-scores[n], self.found[n].cause.place))
-        return next((rank for rank, n in enumerate(order, 1) if self.is_cure[n]), None)
-
-
-def choices(files: Path) -> list[Choice]:
-    """Returns the cases of all lists with the evidence for each of their causes."""
-    choices = []
-    for read in cases_of((*OLD, *NEW), files):
-        found = read.found
-        # With the factor of what was tried in vain, by which the score differs from the sum.
-        factors = [entry.score / (entry.evidence.score or 1.0) for entry in found]
-        evidence = np.array([entry.evidence for entry in found]) * np.array(factors)[:, None]
-        is_cure = np.array([is_hit(entry.cause, read.case, read.facts) for entry in found])
-        choices.append(Choice(read, owner_of(read.case.link), found, evidence, is_cure))
-    return choices
-
-
-def fitted(cases: Sequence[Choice]) -> np.ndarray:
-    """Returns the weights under which the cures of some cases are likeliest."""
-    cases = [case for case in cases if case.is_cure.any()]
-    evidence = np.concatenate([case.evidence for case in cases])
-    scale = evidence.std(axis=0)
-    cure = np.concatenate([case.is_cure for case in cases])
-    starts = np.cumsum([0, *(len(case.is_cure) for case in cases)])[:-1]
-    of_case = np.repeat(np.arange(len(cases)), [len(case.is_cure) for case in cases])
-
-    def loss(weights: np.ndarray) -> tuple[float, np.ndarray]:
-        scores = evidence / scale @ weights
-        odds = np.exp(scores - np.maximum.reduceat(scores, starts)[of_case])
-        total, cures = (np.add.reduceat(part, starts) for part in (odds, odds * cure))
-        chance, of_cures = odds / total[of_case], odds * cure / cures[of_case]
-        gradient = -(evidence / scale).T @ (of_cures - chance) + PENALTY * weights
-        return float(np.log(total / cures).sum() + PENALTY * weights @ weights / 2), gradient
-
-    start = np.zeros(evidence.shape[1])
-    return minimize(loss, start, jac=True, method="L-BFGS-B").x / scale
-
-
-def fit(files: Path) -> None:
-    """Writes the weights that fit all cases, by the weight of a suspect."""
-    weights = fitted(choices(files))
-    weights = weights / weights[Evidence._fields.index("suspect")]
-    named = zip(Evidence._fields, weights, strict=True)
-    lines = [f"{name}: {weight:.2f}" for name, weight in named]
-    made = f"# Made by `python studies/{Path(__file__).name} fit FOLDER`."
-    write_text(WEIGHTS, "\n".join([made, *lines]) + "\n")
-    print("\n".join(lines))
-
-
-def judge(files: Path) -> None:
-    """Prints the score of the ranking before and of the fitted one, list by list."""
-    cases = choices(files)
-    before = read_yaml(BEFORE)
-    owners = sorted({case.owner for case in cases})
-    weights = {own: fitted([c for c in cases if c.owner != own]) for own in owners}
-    pairs = [
-        (case, before[f"{case.read.name} {case.read.case.id}"], case.rank(weights[case.owner]))
-        for case in cases
-    ]
-    print(
-        "| list | cases | first: before, fitted | among three: before, fitted |\n|---|---|---|---|"
-    )
-    for name in (*OLD, *NEW):
-        _print_pairs(name, [pair for pair in pairs if pair[0].read.name == name])
-    for name, lists in (("learnt from", OLD), ("unlearnt", NEW)):
-        _print_pairs(name, [pair for pair in pairs if pair[0].read.name in lists])
-    gains: dict[str, int] = defaultdict(int)
-    for case, old, new in pairs:
-        if case.read.name in NEW:
-            gains[case.owner] += (new == 1) - (old == 1)
-    up, down = (sum(sign * gain > 0 for gain in gains.values()) for sign in (1, -1))
-    p = binomtest(up, up + down, alternative="greater").pvalue if up + down else 1.0
-    print(f"unlearnt: {up} of {len(gains)} owners gain, {down} lose, p = {p:.3f}")
-
-
-def _print_pairs(name: str, pairs: Sequence[tuple[Choice, int | None, int | None]]) -> None:
-    told = [
-        ", ".join(str(sum((pair[n] or math.inf) <= most for pair in pairs)) for n in (1, 2))
-        for most in (1, TOP)
-    ]
-    print(f"| {name} | {len(pairs)} | {' | '.join(told)} |")
-
-
 def main() -> None:
     """Takes a step."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    steps = {"losses": losses, "ranks": ranks, "judge": judge, "fit": fit}
+    steps = {"losses": losses, "ranks": ranks}
     parser.add_argument("step", choices=steps)
     parser.add_argument("files", type=Path, help="folder of the cases' files")
     arguments = parser.parse_args()

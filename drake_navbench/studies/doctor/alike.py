@@ -30,7 +30,7 @@ MOST_ASKED = 12
 READS_THE_SAME = 0.4
 # The greatest length of a line, in characters: two lines of 80 columns.
 LONGEST = 140
-# The weight of a complaint that reads like the user's words, beside the score of its first cure.
+# The weight of a complaint that reads like the user's words, as of its cures in `suspicions_of`.
 BY_WORDS = 3.0
 # The weight of a complaint that a user names, by the score of the likeliest cause: a little more.
 LIKED = 1.1

@@ -209,19 +209,14 @@ def likeness_of(one: str, other: str) -> float:
     return shared / math.sqrt(math.prod(lengths)) if shared else 0.0
 
 
-def likeness_to(own: frozenset[str], text: Mapping[str, float]) -> float:
-    """Returns the likeness of a user's terms to a text's, each of these with its share, 0 to 1."""
+def _cosine(own: frozenset[str], terms: frozenset[str]) -> float:
+    """Returns the likeness of the terms of a user's words to others, 0 to 1."""
     weights = _weights()
-    shared = sum(weights[term] * text[term] for term in own & text.keys() if term in weights)
+    shared = sum(weights[term] for term in own & terms if term in weights)
     if shared == 0.0:
         return 0.0
     length = max(sum(weights.get(term, 0.0) for term in own), FEW_WORDS)
-    of_text = sum(weights.get(term, 0.0) * share**2 for term, share in text.items())
-    return shared / math.sqrt(length * of_text)
-
-
-def _cosine(own: frozenset[str], terms: frozenset[str]) -> float:
-    return likeness_to(own, dict.fromkeys(terms, 1.0))
+    return shared / math.sqrt(length * sum(weights.get(term, 0.0) for term in terms))
 
 
 def cosines(words: str) -> Iterator[tuple[Known, float]]:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import cache
 from typing import NamedTuple
 
+from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.alike import (
+    BY_WORDS,
     LIKED,
     NOTHING_TOLD,
     YOU_NAMED,
@@ -16,12 +19,12 @@ from drake_navbench.studies.doctor.alike import (
 )
 from drake_navbench.studies.doctor.attempts import is_among, named_in, tried_in_vain
 from drake_navbench.studies.doctor.causes import RELEASE, Cause, Direction
-from drake_navbench.studies.doctor.complaints import ALSO, causes_by_words, terms_of
+from drake_navbench.studies.doctor.complaints import ALSO, causes_by_words
 from drake_navbench.studies.doctor.facts import Facts
 from drake_navbench.studies.doctor.far_values import far_values
 from drake_navbench.studies.doctor.left_out import CRITIC
+from drake_navbench.studies.doctor.partial_files import facts_of_values
 from drake_navbench.studies.doctor.possible import is_there
-from drake_navbench.studies.doctor.ranking import Evidence, likeness_to_texts
 from drake_navbench.studies.doctor.rules import (
     bands,
     checkers,
@@ -47,7 +50,7 @@ from drake_navbench.studies.doctor.rules import (
 from drake_navbench.studies.doctor.rules.rule import SURE, Finding, Rule
 from drake_navbench.studies.doctor.suspects import suspects_of
 from drake_navbench.studies.doctor.symptoms import Symptom
-from drake_navbench.studies.doctor.value_factors import WITHIN, value_factor
+from drake_navbench.studies.doctor.value_factors import BEYOND, WITHIN, value_factor
 
 MODULES = (mppi, mppi_critics, dwb, dwb_arrival, pursuit, rpp_turns, shim, bands)
 MODULES_OF_SERVERS = (
@@ -57,28 +60,39 @@ MODULES_OF_SERVERS = (
 RULES: tuple[Rule, ...] = tuple(
     rule for module in (*MODULES, *MODULES_OF_SERVERS) for rule in module.RULES
 )
-# The weight, as that of a suspect, of a value that a user names and that is no suspect.
-NAMED = 0.1
-# A parameter that a user reports as missing counts as if it were named so many times.
-MISSING = 2.0
+# The factors of a rule that fires over a suspect alone: of its first cure, and of the others.
+OF_A_RULE = 1.3
+NEXT_CURE = 0.85
+# The factor of a rule that fires on nav2_bringup's own values, too: nearly every file has them.
+ON_BRINGUP = 0.5
+# Lines of nav2_bringup's file that differ from the defaults and from its controllers' presets.
+LINES_OF_BRINGUP = {
+    "debug_trajectory_details": True,
+    "local_costmap.z_resolution": 0.05,
+    "local_costmap.z_voxels": 16,
+    "visualize": True,
+}
+# The factor of a parameter that a user names, in words or as one of a few values.
+NAMED = 3.0
+# The weight of a named value that is no suspect of the symptom: towards the usual value if it is
+# far from it, and in either direction if it is not.
+NAMED_FAR, NAMED_NEAR = 0.6, 0.3
 # The factor of a change that a user has tried without success.
 TRIED = 0.3
+# The factor of a parameter that a user reports as missing.
+MISSING = 6.0
 # The factor of lowering a limit of speed for a robot that is too slow.
 AGAINST = 0.4
 SPEEDS = ("vx_max", "max_linear_vel", "max_vel_x", "max_speed_xy", "v_linear_max", "max_velocity")
 
 
 class Suspicion(NamedTuple):
-    """A cause with its score. reasons: what speaks for it, the strongest first.
-
-    evidence: as of `ranking`, by which the score was made; none if it was not made there.
-    """
+    """A cause with its score. reasons: what speaks for it, the strongest first."""
 
     cause: Cause
     score: float
     reasons: tuple[str, ...]
     findings: tuple[Finding, ...] = ()
-    evidence: Evidence = Evidence()
 
 
 def findings_of(facts: Facts, symptom: Symptom | None = None) -> list[Finding]:
@@ -117,6 +131,10 @@ class Words(NamedTuple):
         """Returns the names in a user's words."""
         return cls(named_in(text), tried_in_vain(text))
 
+    def factor(self, cause: Cause) -> float:
+        """Returns the factor of a cause: `TRIED` if its change was tried without success."""
+        return TRIED if is_among(cause, self.in_vain) else 1.0
+
 
 def suspicions_of(facts: Facts, symptom: Symptom, told: Told = NOTHING_TOLD) -> list[Suspicion]:
     """Returns the possible causes of a symptom, the likeliest first.
@@ -124,41 +142,40 @@ def suspicions_of(facts: Facts, symptom: Symptom, told: Told = NOTHING_TOLD) -> 
     A cure of the known complaint that the user named first comes before all others.
     """
     named = Words.of(told.words)
-    pieces: dict[tuple[str, Direction], list[Suspicion]] = {}
-    for piece in _pieces(facts, symptom):
-        pieces.setdefault(piece.cause.key, []).append(piece)
-    for piece in _named_values(facts, named):
-        pieces.setdefault(piece.cause.key, [piece])
-    for alike, cause in causes_by_words(facts, symptom, told.words):
-        if is_there(facts, cause):
-            known = pieces.setdefault(cause.key, [])
-            reasons = () if known and cause.why == ALSO else (cause.why,)
-            known.append(Suspicion(cause, 0.0, reasons, evidence=Evidence(words=alike)))
-    found = {key: _merged(own) for key, own in pieces.items()}
-    terms = terms_of(told.words)
-    for key, own in found.items():
-        cause, words = own.cause, own.evidence.words + likeness_to_texts(terms, own.cause)
-        evidence = own.evidence._replace(named=_times_named(facts, cause, named), words=words)
-        score = evidence.score * _factor(symptom, cause, named)
-        found[key] = own._replace(score=score, evidence=evidence)
-    most = max((suspicion.score for suspicion in found.values()), default=1.0)
-    for share, cause in causes_liked(facts, told.liked):
-        own = found.get(cause.key, Suspicion(cause, 0.0, (cause.why,)))
-        found[cause.key] = _liked(own, cause, LIKED * most * share)
-    return sorted(found.values(), key=lambda s: (-s.score, s.cause.place))
+    evidence: dict[tuple[str, Direction], list[tuple[float, Cause, str, Finding | None]]] = {}
 
+    def add(weight: float, cause: Cause, why: str, finding: Finding | None = None) -> None:
+        weight *= named.factor(cause) * _fit(symptom, cause)
+        if weight > 0.0:
+            evidence.setdefault(cause.key, []).append((weight, cause, why, finding))
 
-def _pieces(facts: Facts, symptom: Symptom) -> Iterator[Suspicion]:
-    """Yields the evidence of rules and suspects, a piece for each cause of each."""
     for finding in findings_of(facts, symptom):
-        evidence = Evidence(rule=finding.rule.symptoms[symptom])
+        weight = OF_A_RULE * finding.rule.symptoms[symptom]
+        if finding.rule.name in _firing_on_bringup(facts.kinds, facts.release) and not (
+            not facts.is_whole and _rests_on_given(facts, finding.rule)
+        ):
+            weight *= ON_BRINGUP
         for cause in finding.cures:
             if is_there(facts, cause):
-                yield Suspicion(cause, 0.0, (finding.seen,), (finding,), evidence)
+                add(weight * _named_factor(facts, cause, named), cause, finding.seen, finding)
+                weight *= NEXT_CURE
     for suspect in suspects_of(symptom, facts.kinds):
         if is_there(facts, suspect.cause):
-            evidence = Evidence(suspect=suspect.weight * value_factor(facts, suspect.cause))
-            yield Suspicion(suspect.cause, 0.0, (suspect.cause.why,), evidence=evidence)
+            factor = value_factor(facts, suspect.cause) * _named_factor(facts, suspect.cause, named)
+            add(suspect.weight * factor, suspect.cause, suspect.cause.why)
+    for weight, cause in _named_causes(facts, named):
+        if cause.key not in evidence:
+            add(weight, cause, cause.why)
+    found = {key: _merged(pieces) for key, pieces in evidence.items()}
+    for alike, cause in causes_by_words(facts, symptom, told.words):
+        if is_there(facts, cause):
+            weight = BY_WORDS * alike * value_factor(facts, cause)
+            found[cause.key] = _with_words(found.get(cause.key), cause, weight)
+    most = max((suspicion.score for suspicion in found.values()), default=1.0)
+    for share, cause in causes_liked(facts, told.liked):
+        own = _with_words(found.get(cause.key), cause, LIKED * most * share)
+        found[cause.key] = own._replace(reasons=(YOU_NAMED, *own.reasons))
+    return sorted(found.values(), key=lambda s: (-s.score, s.cause.place))
 
 
 def asked_about(
@@ -169,23 +186,29 @@ def asked_about(
     return complaints_alike(facts, symptom, told, scores)
 
 
-def _liked(known: Suspicion, cause: Cause, weight: float) -> Suspicion:
-    """Returns a suspicion with the weight of a complaint that the user named."""
+def _with_words(known: Suspicion | None, cause: Cause, weight: float) -> Suspicion:
+    """Returns a suspicion, or a new one, with the weight of a complaint like the user's words."""
+    if known is None:
+        return Suspicion(cause, weight, (cause.why,))
     to = cause if known.cause.to is None and cause.to is not None else known.cause
     more = () if cause.why == ALSO else (cause.why,)
-    reasons = tuple(dict.fromkeys((YOU_NAMED, *known.reasons, *more)))
+    reasons = tuple(dict.fromkeys((*known.reasons, *more)))
     return known._replace(cause=to, score=known.score + weight, reasons=reasons)
 
 
-def _factor(symptom: Symptom, cause: Cause, told: Words) -> float:
-    """Returns the factor of a cure that was tried in vain, or makes the complaint worse."""
-    is_lower = cause.direction is Direction.DOWN and cause.place.rpartition(".")[2] in SPEEDS
-    against = AGAINST if is_lower and symptom is Symptom.TOO_SLOW else 1.0
-    return against * (TRIED if is_among(cause, told.in_vain) else 1.0)
+def _is_elsewhere(cause: Cause) -> bool:
+    """Tells whether no change of the file is the cure."""
+    return cause.is_outside or cause.place == RELEASE
 
 
-def _named_values(facts: Facts, told: Words) -> Iterator[Suspicion]:
-    """Yields each number that a user names, in the directions that its value does not exclude."""
+def _fit(symptom: Symptom, cause: Cause) -> float:
+    """Returns the factor that weakens a cure which would make the complaint worse."""
+    is_against = symptom is Symptom.TOO_SLOW and cause.direction is Direction.DOWN
+    return AGAINST if is_against and cause.place.rpartition(".")[2] in SPEEDS else 1.0
+
+
+def _named_causes(facts: Facts, told: Words) -> Iterator[tuple[float, Cause]]:
+    """Yields both directions of each number that a user names, the likelier one heavier."""
     names = {place: Cause(place, Direction.UP) for place in sorted(facts.values)}
     places = [p for p, cause in names.items() if is_among(cause, told.named)]
     if facts.is_told:
@@ -197,11 +220,16 @@ def _named_values(facts: Facts, told: Words) -> Iterator[Suspicion]:
         if size == "missing" or (size is None and not is_number):
             continue
         for direction in (Direction.UP, Direction.DOWN):
-            cause = Cause(place, direction, None, "You named its value.")
-            factor = value_factor(facts, cause)
-            if factor >= WITHIN:
-                evidence = Evidence(suspect=NAMED * factor)
-                yield Suspicion(cause, 0.0, (cause.why,), evidence=evidence)
+            factor = value_factor(facts, Cause(place, direction))
+            weight = NAMED_FAR if factor >= BEYOND else NAMED_NEAR if factor >= WITHIN else 0.0
+            yield weight, Cause(place, direction, None, "You named its value.")
+
+
+@cache
+def _firing_on_bringup(kinds: tuple[str, ...], release: Release) -> frozenset[str]:
+    """Returns the names of the rules that fire on nav2_bringup's own values."""
+    facts = facts_of_values(" ".join(reversed(kinds)), release, LINES_OF_BRINGUP)
+    return frozenset(rule.name for rule in RULES if rule.fires(facts))
 
 
 def _rests_on_given(facts: Facts, rule: Rule) -> bool:
@@ -211,22 +239,22 @@ def _rests_on_given(facts: Facts, rule: Rule) -> bool:
     )
 
 
-def _merged(pieces: Sequence[Suspicion]) -> Suspicion:
-    """Returns one suspicion for pieces of evidence, of which the strongest of each part counts."""
-    pieces = sorted(pieces, key=lambda piece: (piece.evidence.words > 0.0, -piece.evidence.score))
-    known = [piece.cause for piece in pieces if piece.cause.to is not None]
-    reasons = tuple(dict.fromkeys(why for piece in pieces for why in piece.reasons if why))
-    findings = tuple(finding for piece in pieces for finding in piece.findings)
-    parts = zip(*(piece.evidence for piece in pieces), strict=True)
-    cause = (*known, pieces[0].cause)[0]
-    return Suspicion(cause, 0.0, reasons, findings, Evidence(*map(max, parts)))
+def _merged(pieces: list[tuple[float, Cause, str, Finding | None]]) -> Suspicion:
+    pieces = sorted(pieces, key=lambda piece: -piece[0])
+    known = [cause for _, cause, _, _ in pieces if cause.to is not None]
+    cause = known[0] if known else pieces[0][1]
+    reasons = tuple(dict.fromkeys(why for _, _, why, _ in pieces if why))
+    findings = tuple(f for _, _, _, f in pieces if f is not None)
+    return Suspicion(cause, pieces[0][0], reasons, findings)
 
 
-def _times_named(facts: Facts, cause: Cause, told: Words) -> float:
-    """Returns the number of times that a user's words or few values count as naming a cause."""
-    if cause.is_outside:
-        return 0.0
+def _named_factor(facts: Facts, cause: Cause, told: Words) -> float:
+    """Returns the factor of a cause that a user names, in words or as one of a few values."""
+    if _is_elsewhere(cause):
+        return 1.0
+    is_named = is_among(cause, told.named) or (
+        facts.is_told and any(p in facts.given for p in facts.matching(cause.place))
+    )
     if facts.told.get(cause.place) == "missing":
         return MISSING
-    is_given = facts.is_told and any(p in facts.given for p in facts.matching(cause.place))
-    return float(is_given or is_among(cause, told.named))
+    return NAMED if is_named else 1.0

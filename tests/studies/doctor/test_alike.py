@@ -9,7 +9,7 @@ import yaml
 from doctor_texts import RPP, RPP_BLOCK, nav2_text
 
 from drake_navbench.commands.doctor import main
-from drake_navbench.studies.doctor import alike, complaints, ranking
+from drake_navbench.studies.doctor import alike, complaints
 from drake_navbench.studies.doctor.alike import (
     LIKED,
     NEXT_NAMED,
@@ -43,7 +43,7 @@ def table(tmp_path, monkeypatch) -> Iterator:
     """Lets the table of known complaints have these entries alone; returns their names."""
     folder = tmp_path / "table"
     folder.mkdir()
-    cached = (known_complaints, complaints._weights, ranking._texts)
+    cached = (known_complaints, complaints._weights)
 
     def of(*entries):
         file = {"source": "this test", "complaints": list(entries)}

@@ -243,7 +243,7 @@ def test_a_simulation_is_no_word_about_an_imu():
     assert plain["outside.imu_frame"] < told["outside.imu_frame"]
 
 
-def test_a_rule_about_values_that_the_user_names_weighs_more():
+def test_a_rule_that_fires_on_bringups_own_values_weighs_less():
     # raytrace_max_range 3.0 beside obstacle_max_range 2.5 is bringup's own; so told it is evidence.
     names = {"obstacle_max_range": 2.5, "raytrace_max_range": 3.0}
     key = ("local_costmap.raytrace_max_range", Direction.SET)

@@ -117,8 +117,7 @@ def test_a_message_of_nav2_speaks_for_its_few_causes(scores, symptom, words, fir
     found = scores(Symptom(symptom), words)
     assert max(found, key=lambda key: found[key])[0] == first
     silent = scores(Symptom(symptom))
-    key = max(found, key=lambda key: found[key])
-    assert found[key] > 1.5 * silent.get(key, 0.0)
+    assert max(silent, key=lambda key: silent[key])[0] != first
 
 
 def test_of_a_shim_and_another_controller_the_other_drives():
