@@ -29,15 +29,10 @@ from drake_navbench.kernels.cell_heap import (
     ZERO,
     cell_of,
     depth_of,
-    entry_of,
     larger_heap,
-    must_rise,
     new_heap,
-    risen,
-    risen_for,
-    sunk,
-    sunk_twice,
-    taken_last,
+    push_cell,
+    remove_top,
 )
 from drake_navbench.kernels.grid import INSCRIBED, MAX_NON_OBSTACLE, NO_INFORMATION
 
@@ -47,6 +42,7 @@ OPEN_SET_EMPTY = 2
 ITERATION_LIMIT = 3
 EXPANSION_BUDGET_SPENT = 4
 START_OCCUPIED = 5
+HEAP_FULL = 6
 
 # Below this tolerance, in cells, releases before Lyrical test the goal's cell.
 EXACT_TOLERANCE = 0.001
@@ -117,7 +113,7 @@ def step_costs(cost_travel_multiplier: float, allow_unknown: bool) -> NDArray[np
     return table
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def _heuristic(column, row, goal_x, goal_y):
     """Returns the distance from a cell's index to the goal's map coordinate, float32 cells."""
     delta_x = goal_x - np.float32(column)
@@ -171,7 +167,7 @@ def _cells_to(cells, columns, start, end):
     return path
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def _set_cells(costs, cells):
     """Makes cells those of a grid (rows, columns) in a blocked border; nothing has reached them."""
     rows, columns = costs.shape
@@ -185,13 +181,13 @@ def _set_cells(costs, cells):
             place += 1
 
 
-@njit(cache=True, forceinline=True)
+@njit(cache=True, forceinline=True, _nrt=False)
 def _improves(there, g, steps):
     """Returns 1 where a step into a cell comes there with a smaller g than the cell has, else 0."""
     return np.int64(g + steps[there.cost] < there.g)
 
 
-@njit(cache=True, forceinline=True)
+@njit(cache=True, forceinline=True, _nrt=False)
 def _improved(cells, columns, cell, g, straight, diagonal):
     """Returns the neighbours that a cell with the cost `g` improves on, bit k that in direction k.
 
@@ -210,7 +206,7 @@ def _improved(cells, columns, cell, g, straight, diagonal):
     )
 
 
-@njit(cache=True, forceinline=True)
+@njit(cache=True, forceinline=True, _nrt=False)
 def _is_cut(cells, columns, cell, direction, blocking):
     """Tells whether a step passes a blocked cell beside it. blocking: the straight steps' costs."""
     beside = cell + np.uint64(COLUMN_STEPS[direction])
@@ -218,90 +214,123 @@ def _is_cut(cells, columns, cell, direction, blocking):
     return blocking[cells[beside].cost] == np.inf or blocking[cells[beyond].cost] == np.inf
 
 
-# The loops stay in one function: numba counts references to arrays at each call of one with a loop,
-# which would take half the time of a search.
-@njit(cache=True)
-def _search(cells, columns, start, goal, goal_point, steps, approach, stop_at):
-    """Runs `search` on the cells of `_set_cells`, named by row * columns + column.
+# Called for every cell: the call itself would cost a tenth of the search.
+@njit(cache=True, forceinline=True, _nrt=False)
+def _relax(cells, columns, at, goal_point, steps, heap, size, best):
+    """Offers a cell's cost to its neighbours. Returns (heap size, best cell, best heuristic).
 
-    The goal is admitted. columns: with the border. steps: table of `step_costs`, and whether
-    corners may be cut. approach: (tolerance in cells, max_on_approach_iterations). stop_at:
-    (expansions, status) at which the search ends, and whether it then ends without a path even
-    where it has come within the tolerance. Returns (status, last cell of the path, expansions).
+    at: the cell, its g, and the neighbours that it improves on. goal_point: (x, y) in cells.
+    steps: table of `step_costs`, and whether corners may be cut. size: of the heap. best: (cell,
+    heuristic) nearest to the goal among all cells relaxed so far, the first on ties.
     """
+    cell, cell_g, improved = at
     table, corner_cutting = steps
-    straight, diagonal = table[0], table[1]
-    tolerance, max_on_approach_iterations = approach
-    heap, size, depth = new_heap(), ONE, np.int64(0)
-    heap[TOP] = np.int64(start)
-    cells[start].g = np.float32(0.0)
-    # The cell nearest to the goal among all that were reached, the first on ties.
-    best_cell, best_h = start, np.float32(np.inf)
-    expansions, approach_expansions = np.int64(0), np.int64(0)
-    status = OPEN_SET_EMPTY
+    straight = table[0]
+    best_cell, best_h = best
+    row = cell // columns
+    column = cell - row * columns
+    while improved != 0:
+        direction = LOWEST_BIT[np.uint64(improved)]
+        improved &= improved - 1
+        is_diagonal = np.int64(direction) >= FIRST_DIAGONAL
+        passes_corners = corner_cutting or not is_diagonal
+        if not passes_corners and _is_cut(cells, columns, cell, direction, straight):
+            continue
+        column_step, row_step = COLUMN_STEPS[direction], ROW_STEPS[direction]
+        neighbour = cell + np.uint64(column_step) + np.uint64(row_step) * columns
+        there = cells[neighbour]
+        g = cell_g + table[np.uint64(is_diagonal), there.cost]
+        there.g, there.direction = g, direction
+        h = _heuristic(
+            np.int64(column) + column_step - BORDER,
+            np.int64(row) + row_step - BORDER,
+            goal_point[0],
+            goal_point[1],
+        )
+        if h < best_h:
+            best_cell, best_h = neighbour, h
+        push_cell(heap, size, g + h, neighbour)
+        size += ONE
+    return size, best_cell, best_h
+
+
+class _Progress(NamedTuple):
+    """A search between two expansions.
+
+    status: HEAP_FULL, or that of the search. size: of the heap. nearest, distance: the
+    cell nearest to the goal among all that were reached, the first on ties. approach_expansions:
+    those with a cell within the tolerance.
+    """
+
+    status: int
+    size: int
+    nearest: int
+    distance: float
+    expansions: int
+    approach_expansions: int
+
+
+@njit(cache=True, _nrt=False)
+def _advanced(cells, columns, heap, progress, goal, goal_point, steps, limits):
+    """Goes on with `_search` until it ends, or until the heap is full; returns its progress."""
+    (tolerance, max_on_approach_iterations), stop_at = limits
+    straight, diagonal = steps[0][0], steps[0][1]
+    _, size, best_cell, best_h, expansions, approach_expansions = progress
+    status, depth = OPEN_SET_EMPTY, np.int64(0)
     while size > ZERO:
         if expansions >= stop_at[0]:
             status = stop_at[1]
+            break
+        if np.int64(size) + NEIGHBOURS >= heap.size:
+            status = HEAP_FULL
             break
         cell = cell_of(heap[TOP])
         cell_g = cells[cell].g
         # The processor fetches the neighbours while the heap is put in order.
         improved = _improved(cells, columns, cell, cell_g, straight, diagonal)
         depth = depth_of(size, depth)
-        entry = taken_last(heap, size)
+        remove_top(heap, size, depth)
         size -= ONE
-        hole = TOP
-        for _ in range(depth >> 1):
-            hole = sunk_twice(heap, hole)
-        if depth & 1:
-            hole = sunk(heap, hole)
-        # Two levels without a branch: how far it rises no processor can guess.
-        hole = risen_for(heap, risen_for(heap, hole, entry), entry)
-        while must_rise(heap, hole, entry):
-            hole = risen(heap, hole)
-        heap[hole] = entry
         if cell_g == CLOSED:
             continue
         expansions += 1
         cells[cell].g = CLOSED
         if cell == goal:
-            return FOUND, cell, expansions
+            status, best_cell = FOUND, cell
+            break
         if best_h < tolerance:
             approach_expansions += 1
             if approach_expansions >= max_on_approach_iterations > 0:
                 break
-        if np.int64(size) + NEIGHBOURS >= heap.size:
-            heap = larger_heap(heap)
-        row = cell // columns
-        column = cell - row * columns
-        while improved != 0:
-            direction = LOWEST_BIT[np.uint64(improved)]
-            improved &= improved - 1
-            is_diagonal = np.int64(direction) >= FIRST_DIAGONAL
-            passes_corners = corner_cutting or not is_diagonal
-            if not passes_corners and _is_cut(cells, columns, cell, direction, straight):
-                continue
-            column_step, row_step = COLUMN_STEPS[direction], ROW_STEPS[direction]
-            neighbour = cell + np.uint64(column_step) + np.uint64(row_step) * columns
-            there = cells[neighbour]
-            new_g = cell_g + table[np.uint64(is_diagonal), there.cost]
-            there.g, there.direction = new_g, direction
-            h = _heuristic(
-                np.int64(column) + column_step - BORDER,
-                np.int64(row) + row_step - BORDER,
-                goal_point[0],
-                goal_point[1],
-            )
-            if h < best_h:
-                best_cell, best_h = neighbour, h
-            size += ONE
-            hole, entry = size, entry_of(new_g + h, neighbour)
-            while must_rise(heap, hole, entry):
-                hole = risen(heap, hole)
-            heap[hole] = entry
-    if best_h < tolerance and not (status == stop_at[1] and stop_at[2]):
+        at, best = (cell, cell_g, improved), (best_cell, best_h)
+        size, best_cell, best_h = _relax(cells, columns, at, goal_point, steps, heap, size, best)
+    return _Progress(status, size, best_cell, best_h, expansions, approach_expansions)
+
+
+@njit(cache=True)
+def _search(cells, columns, start, goal, goal_point, steps, limits):
+    """Runs `search` on the cells of `_set_cells`, named by row * columns + column.
+
+    The goal is admitted. columns: with the border. steps: table of `step_costs`, and whether
+    corners may be cut. limits: (tolerance in cells, max_on_approach_iterations), and (expansions,
+    status) at which the search ends, and whether it then ends without a path even where it has come
+    within the tolerance. Returns (status, last cell of the path, expansions).
+    """
+    (tolerance, _), stop_at = limits
+    heap = new_heap()
+    heap[TOP] = np.int64(start)
+    cells[start].g = np.float32(0.0)
+    none = np.int64(0)
+    progress = _Progress(HEAP_FULL, ONE, start, np.float32(np.inf), none, none)
+    while True:
+        progress = _advanced(cells, columns, heap, progress, goal, goal_point, steps, limits)
+        if progress.status != HEAP_FULL:
+            break
+        heap = larger_heap(heap)
+    status = progress.status
+    if progress.distance < tolerance and not (status == stop_at[1] and stop_at[2]):
         status = FOUND
-    return status, best_cell, expansions
+    return status, progress.nearest, progress.expansions
 
 
 def search(
@@ -345,8 +374,7 @@ def search(
         np.uint64(goal),
         point,
         (step_costs(rules.cost_travel_multiplier, rules.allow_unknown), rules.corner_cutting),
-        (reach, rules.max_on_approach_iterations),
-        _stop_at(rules),
+        ((reach, rules.max_on_approach_iterations), _stop_at(rules)),
     )
     if status != FOUND:
         return status, no_cells, expansions

@@ -6,11 +6,10 @@ ones the right child rises before the left one, and a new entry never passes an 
 heap functions, so the priority queue of Nav2's planners).
 
 The top is at place 1 and the children of k at 2 k and 2 k + 1. Which of two entries is smaller no
-processor can guess, so entries are chosen without a branch. For that nothing at place 0 is smaller
-than every entry, what lies beyond the heap is larger, and the array's size is a power of two.
+processor can guess, so entries are chosen without a branch. For that the one at place 0 is smaller
+than every other, those beyond the heap are larger, and the array's size is a power of two.
 
-No function here has a loop: numba would count references to the heap at each call. To remove the
-top let the hole sink by `depth_of` levels, with the last entry taken out, which rises from there.
+`_nrt=False`: a kernel that makes and returns no array counts no references to those that it gets.
 """
 
 from __future__ import annotations
@@ -46,31 +45,39 @@ def larger_heap(heap):
     return larger
 
 
-@njit(cache=True, forceinline=True)
-def entry_of(key, cell):
-    """Returns the heap entry of a cell."""
-    return (np.int64(np.float32(key).view(np.int32)) << KEY_SHIFT) | np.int64(cell)
-
-
-@njit(cache=True, forceinline=True)
+@njit(cache=True, _nrt=False)
 def cell_of(entry):
     """Returns the cell of an entry, unsigned."""
     return np.uint64(entry & CELL_MASK)
 
 
-@njit(cache=True, forceinline=True)
-def _is_larger(entry, other):
-    """Returns 1 where the key of an entry is larger than that of another, else 0."""
-    return np.int64(entry > (other | CELL_MASK))
+@njit(cache=True, forceinline=True, _nrt=False)
+def push_cell(heap, size, key, cell):
+    """Adds a cell to a heap of `size` entries, which has room for it."""
+    entry = (np.int64(np.float32(key).view(np.int32)) << KEY_SHIFT) | np.int64(cell)
+    _rise(heap, size + ONE, entry)
 
 
-@njit(cache=True, forceinline=True)
-def _chosen(is_first, first, second):
-    """Returns the first of two whole numbers for 1, the second for 0, without a branch."""
-    return second ^ ((first ^ second) & -is_first)
+@njit(cache=True, forceinline=True, _nrt=False)
+def remove_top(heap, size, depth):
+    """Removes the top of a heap of `size` entries. depth: `depth_of` them.
+
+    The hole sinks to the bottom, perhaps beyond the last entry, which rises from there.
+    """
+    entry = heap[size]
+    heap[size] = LARGEST
+    hole = _sunk(heap, depth)
+    # How far it rises no processor can guess, so two levels are looked at without a branch.
+    for _ in range(2):
+        parent = hole >> ONE
+        above = heap[parent]
+        rises = _is_larger(above, entry)
+        heap[hole] = _chosen(rises, above, entry)
+        hole = np.uint64(_chosen(rises, np.int64(parent), np.int64(hole)))
+    _rise(heap, hole, entry)
 
 
-@njit(cache=True, forceinline=True)
+@njit(cache=True, forceinline=True, _nrt=False)
 def depth_of(size, depth):
     """Returns the levels below the top of a heap. depth: those of about the same size."""
     while size >> np.uint64(depth + 1):
@@ -80,64 +87,53 @@ def depth_of(size, depth):
     return depth
 
 
-@njit(cache=True, forceinline=True)
-def taken_last(heap, size):
-    """Takes the last of `size` entries out and returns it."""
-    entry = heap[size]
-    heap[size] = LARGEST
-    return entry
+@njit(cache=True, forceinline=True, _nrt=False)
+def _rise(heap, hole, entry):
+    """Puts an entry into the heap at `hole` or above, below the first parent that is not larger."""
+    while heap[hole >> ONE] > (entry | CELL_MASK):
+        heap[hole] = heap[hole >> ONE]
+        hole >>= ONE
+    heap[hole] = entry
 
 
-@njit(cache=True, forceinline=True)
-def sunk(heap, hole):
-    """Moves a hole down to its smaller child, the right one on ties; returns its place."""
-    child = (hole << ONE) + ONE
-    child -= np.uint64(_is_larger(heap[child], heap[child - ONE]))
-    heap[hole] = heap[child]
-    return child
+@njit(cache=True, forceinline=True, _nrt=False)
+def _sunk(heap, depth):
+    """Moves the hole at the top down by `depth` levels, along the smaller children.
 
-
-@njit(cache=True, forceinline=True)
-def sunk_twice(heap, hole):
-    """Moves a hole down as `sunk` would twice; returns its place.
-
-    The children of both children are compared before it is known whose count.
+    Two levels at once: the children of both children are compared before it is known whose count.
+    Returns its place.
     """
-    beside, below = hole << ONE, hole << TWO
-    left, right = heap[beside], heap[beside + ONE]
-    left_left, left_right = heap[below], heap[below + ONE]
-    right_left, right_right = heap[below + TWO], heap[below + THREE]
-    is_left = _is_larger(right, left)
-    is_left_left = _is_larger(left_right, left_left)
-    is_right_left = _is_larger(right_right, right_left)
-    of_left = _chosen(is_left_left, left_left, left_right)
-    of_right = _chosen(is_right_left, right_left, right_right)
-    heap[hole] = _chosen(is_left, left, right)
-    heap[beside + ONE - np.uint64(is_left)] = _chosen(is_left, of_left, of_right)
-    from_left = np.int64(below + ONE) - is_left_left
-    from_right = np.int64(below + THREE) - is_right_left
-    return np.uint64(_chosen(is_left, from_left, from_right))
+    hole = TOP
+    for _ in range(depth >> 1):
+        beside, below = hole << ONE, hole << TWO
+        left, right = heap[beside], heap[beside + ONE]
+        left_left, left_right = heap[below], heap[below + ONE]
+        right_left, right_right = heap[below + TWO], heap[below + THREE]
+        is_left = _is_larger(right, left)
+        is_left_left = _is_larger(left_right, left_left)
+        is_right_left = _is_larger(right_right, right_left)
+        of_left = _chosen(is_left_left, left_left, left_right)
+        of_right = _chosen(is_right_left, right_left, right_right)
+        heap[hole] = _chosen(is_left, left, right)
+        heap[beside + ONE - np.uint64(is_left)] = _chosen(is_left, of_left, of_right)
+        from_left = np.int64(below + ONE) - is_left_left
+        from_right = np.int64(below + THREE) - is_right_left
+        hole = np.uint64(_chosen(is_left, from_left, from_right))
+    if depth & 1:
+        child = (hole << ONE) + ONE
+        child -= np.uint64(_is_larger(heap[child], heap[child - ONE]))
+        heap[hole] = heap[child]
+        hole = child
+    return hole
 
 
-@njit(cache=True, forceinline=True)
-def must_rise(heap, hole, entry):
-    """Tells whether the parent of a hole is larger than an entry."""
-    return heap[hole >> ONE] > (entry | CELL_MASK)
+@njit(cache=True, forceinline=True, _nrt=False)
+def _is_larger(entry, other):
+    """Returns 1 where the key of an entry is larger than that of another, else 0."""
+    return np.int64(entry > (other | CELL_MASK))
 
 
-@njit(cache=True, forceinline=True)
-def risen(heap, hole):
-    """Moves a hole up to its parent; returns its place."""
-    parent = hole >> ONE
-    heap[hole] = heap[parent]
-    return parent
-
-
-@njit(cache=True, forceinline=True)
-def risen_for(heap, hole, entry):
-    """Moves a hole up to its parent if an entry `must_rise`; returns its place. No branch."""
-    parent = hole >> ONE
-    above = heap[parent]
-    rises = _is_larger(above, entry)
-    heap[hole] = _chosen(rises, above, entry)
-    return np.uint64(_chosen(rises, np.int64(parent), np.int64(hole)))
+@njit(cache=True, forceinline=True, _nrt=False)
+def _chosen(is_first, first, second):
+    """Returns the first of two whole numbers for 1, the second for 0, without a branch."""
+    return second ^ ((first ^ second) & -is_first)

@@ -8,18 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_navbench.kernels.cell_heap import (
-    TOP,
     cell_of,
     depth_of,
-    entry_of,
     larger_heap,
-    must_rise,
     new_heap,
-    risen,
-    risen_for,
-    sunk,
-    sunk_twice,
-    taken_last,
+    push_cell,
+    remove_top,
 )
 
 # Few keys, so that many are equal; None takes the top out.
@@ -51,32 +45,20 @@ def without_top(entries):
     raised(entries, hole, last)
 
 
-def put(heap, hole, entry):
-    while must_rise(heap, hole, entry):
-        hole = risen(heap, hole)
-    heap[hole] = entry
-
-
 @given(ACTIONS)
 def test_entries_lie_as_in_a_heap_of_the_standard_library(actions):
     heap, size, depth = new_heap(), np.uint64(0), 0
     expected: list[tuple[float, int]] = []
     for cell, key in enumerate(actions):
         if key is not None:
+            push_cell(heap, size, key, cell)
             size += np.uint64(1)
-            put(heap, size, entry_of(key, cell))
             expected.append((key, cell))
             raised(expected, len(expected) - 1, (key, cell))
         elif expected:
             depth = depth_of(size, depth)
-            entry = taken_last(heap, size)
+            remove_top(heap, size, depth)
             size -= np.uint64(1)
-            hole = TOP
-            for _ in range(depth // 2):
-                hole = sunk_twice(heap, hole)
-            if depth % 2:
-                hole = sunk(heap, hole)
-            put(heap, risen_for(heap, hole, entry), entry)
             without_top(expected)
         cells = [int(cell_of(entry)) for entry in heap[1 : 1 + int(size)]]
         assert cells == [cell for _, cell in expected]
@@ -89,7 +71,7 @@ def test_the_depth_of_a_heap_counts_the_levels_below_its_top(size, depth):
 
 def test_a_larger_heap_holds_the_same_entries_and_nothing_behind_them():
     heap = new_heap()
-    heap[TOP] = entry_of(2.5, 7)
+    push_cell(heap, np.uint64(0), 2.5, 7)
     larger = larger_heap(heap)
     assert larger.size == 2 * heap.size
     assert np.array_equal(larger[: heap.size], heap)
