@@ -6,10 +6,9 @@ index to a point given in the same units. Nav2 gives the goal's continuous map c
 its distances count from the cells' lower left corners; less half a cell, they count from the
 centres.
 
-Ties: the open set is a binary heap ordered by g + h alone. Among equal sums the right child rises
-before the left one, a new entry never passes an equal parent, and a cell keeps its first parent of
-equal cost; neighbours are visited in the order W, E, S, N, SW, SE, NW, NE. That is what the C++
-standard library's priority queue does inside Nav2, and it makes the path a function of the input.
+Ties: the open set is the C++ standard library's heap (`cell_heap`), ordered by g + h alone, as in
+Nav2. A cell keeps its first parent of equal cost; neighbours are visited in the order W, E, S, N,
+SW, SE, NW, NE. So the path is a function of the input.
 
 Nothing here reads a clock: a time limit enters as a number of expansions.
 Source: nav2_smac_planner (AStarAlgorithm, Node2D, GoalManager).
@@ -24,6 +23,17 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from drake_navbench.kernels.cell_heap import (
+    ONE,
+    TOP,
+    ZERO,
+    cell_of,
+    depth_of,
+    larger_heap,
+    new_heap,
+    push_cell,
+    remove_top,
+)
 from drake_navbench.kernels.grid import INSCRIBED, MAX_NON_OBSTACLE, NO_INFORMATION
 
 FOUND = 0
@@ -32,6 +42,7 @@ OPEN_SET_EMPTY = 2
 ITERATION_LIMIT = 3
 EXPANSION_BUDGET_SPENT = 4
 START_OCCUPIED = 5
+HEAP_FULL = 6
 
 # Below this tolerance, in cells, releases before Lyrical test the goal's cell.
 EXACT_TOLERANCE = 0.001
@@ -51,16 +62,8 @@ BORDER = 1
 # The g of a cell that was expanded: nothing improves on it.
 CLOSED = np.float32(-np.inf)
 
-# A heap entry is one int64: the bits of the float32 sum g + h above, the cell's index below. Sums
-# are never negative, so that their bits sort like their values.
-KEY_SHIFT = 32
-CELL_MASK = (1 << KEY_SHIFT) - 1
-
-INITIAL_HEAP_CAPACITY = 4096
-
-# Places in the heap are unsigned: of a signed index numba asks at every access whether it counts
-# from the end. A plain number beside an unsigned one would make both floating.
-ZERO, ONE, TWO, THREE = (np.uint64(number) for number in range(4))
+# A cell of the search in one place of the memory; direction: the step by which it was reached.
+CELL = np.dtype([("g", np.float32), ("cost", np.uint8), ("direction", np.uint8)], align=True)
 
 
 class SearchRules(NamedTuple):
@@ -110,90 +113,7 @@ def step_costs(cost_travel_multiplier: float, allow_unknown: bool) -> NDArray[np
     return table
 
 
-@njit(cache=True)
-def _entry(key, cell):
-    """Returns the heap entry of a cell whose g + h is `key` (float32)."""
-    return (np.int64(np.float32(key).view(np.int32)) << KEY_SHIFT) | cell
-
-
-@njit(cache=True)
-def _rise(heap, hole, entry):
-    """Puts an entry into the heap at `hole` or above, below the first parent that is not larger."""
-    key = entry >> KEY_SHIFT
-    while hole > ZERO:
-        parent = (hole - ONE) >> ONE
-        above = heap[parent]
-        if not (above >> KEY_SHIFT) > key:
-            break
-        heap[hole] = above
-        hole = parent
-    heap[hole] = entry
-
-
-@njit(cache=True)
-def _is_larger(entry, other):
-    """Returns 1 where the key of an entry is larger than that of another, else 0."""
-    return np.int64((entry >> KEY_SHIFT) > (other >> KEY_SHIFT))
-
-
-@njit(cache=True)
-def _chosen(is_first, first, second):
-    """Returns the first of two whole numbers for 1, the second for 0, without a branch."""
-    return second ^ ((first ^ second) & -is_first)
-
-
-@njit(cache=True)
-def _pop(heap, size):
-    """Removes the top of a heap of `size` entries and returns its cell.
-
-    The hole sinks to the bottom along the smaller children (the right one on ties); the last entry
-    rises from there. Which child is smaller no processor can guess, so it is chosen without a
-    branch, two levels at once: the children of both are compared before it is known whose count.
-    """
-    top = heap[ZERO] & CELL_MASK
-    last = size - ONE
-    hole = ZERO
-    below = THREE
-    while below + THREE < last:
-        beside = (hole << ONE) + ONE
-        left, right = heap[beside], heap[beside + ONE]
-        left_left, left_right = heap[below], heap[below + ONE]
-        right_left, right_right = heap[below + TWO], heap[below + THREE]
-        is_left = _is_larger(right, left)
-        is_left_left = _is_larger(left_right, left_left)
-        is_right_left = _is_larger(right_right, right_left)
-        of_left = _chosen(is_left_left, left_left, left_right)
-        of_right = _chosen(is_right_left, right_left, right_right)
-        heap[hole] = _chosen(is_left, left, right)
-        heap[beside + ONE - np.uint64(is_left)] = _chosen(is_left, of_left, of_right)
-        from_left = np.int64(below + ONE) - is_left_left
-        from_right = np.int64(below + THREE) - is_right_left
-        hole = np.uint64(_chosen(is_left, from_left, from_right))
-        below = (hole << TWO) + THREE
-    child = (hole << ONE) + TWO
-    while child < last:
-        child -= np.uint64(_is_larger(heap[child], heap[child - ONE]))
-        heap[hole] = heap[child]
-        hole = child
-        child = (hole << ONE) + TWO
-    if child == last:
-        heap[hole] = heap[child - ONE]
-        hole = child - ONE
-    if last > ZERO:
-        _rise(heap, hole, heap[last])
-    return np.uint64(top)
-
-
-@njit(cache=True)
-def _grown(array):
-    """Returns a copy of `array` with twice the room."""
-    larger = np.empty(2 * array.size, dtype=array.dtype)
-    for k in range(array.size):
-        larger[k] = array[k]
-    return larger
-
-
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def _heuristic(column, row, goal_x, goal_y):
     """Returns the distance from a cell's index to the goal's map coordinate, float32 cells."""
     delta_x = goal_x - np.float32(column)
@@ -229,12 +149,12 @@ def is_goal_admissible(
 
 
 @njit(cache=True)
-def _cells_to(directions, columns, start, end):
+def _cells_to(cells, columns, start, end):
     """Returns (N, 2) int64 [column, row] of the cells from `start` to `end`, both included."""
     count = 1
     cell = end
     while cell != start:
-        direction = directions[cell]
+        direction = cells[cell].direction
         cell -= COLUMN_STEPS[direction] + ROW_STEPS[direction] * columns
         count += 1
     path = np.empty((count, 2), dtype=np.int64)
@@ -242,118 +162,175 @@ def _cells_to(directions, columns, start, end):
     for k in range(count - 1, -1, -1):
         path[k, 0] = cell % columns
         path[k, 1] = cell // columns
-        direction = directions[cell]
+        direction = cells[cell].direction
         cell -= COLUMN_STEPS[direction] + ROW_STEPS[direction] * columns
     return path
 
 
-@njit(cache=True)
-def _improved(flat_costs, columns, cell, cell_g, table, g):
-    """Returns the neighbours that a cell's cost improves on, bit k that in direction k.
+@njit(cache=True, _nrt=False)
+def _set_cells(costs, cells):
+    """Makes cells those of a grid (rows, columns) in a blocked border; nothing has reached them."""
+    rows, columns = costs.shape
+    place = 0
+    for row in range(-BORDER, rows + BORDER):
+        is_in_rows = 0 <= row < rows
+        for column in range(-BORDER, columns + BORDER):
+            is_inside = is_in_rows and 0 <= column < columns
+            cells[place].g = np.float32(np.inf)
+            cells[place].cost = costs[row, column] if is_inside else INSCRIBED
+            place += 1
+
+
+@njit(cache=True, forceinline=True, _nrt=False)
+def _improves(there, g, steps):
+    """Returns 1 where a step into a cell comes there with a smaller g than the cell has, else 0."""
+    return np.int64(g + steps[there.cost] < there.g)
+
+
+@njit(cache=True, forceinline=True, _nrt=False)
+def _improved(cells, columns, cell, g, straight, diagonal):
+    """Returns the neighbours that a cell with the cost `g` improves on, bit k that in direction k.
 
     All eight are compared without a branch; most are not improved on. Corners are not cut here.
     """
     below, above = cell - columns, cell + columns
-    mask = np.int64(cell_g + table[0, flat_costs[cell - ONE]] < g[cell - ONE])
-    mask |= np.int64(cell_g + table[0, flat_costs[cell + ONE]] < g[cell + ONE]) << 1
-    mask |= np.int64(cell_g + table[0, flat_costs[below]] < g[below]) << 2
-    mask |= np.int64(cell_g + table[0, flat_costs[above]] < g[above]) << 3
-    mask |= np.int64(cell_g + table[1, flat_costs[below - ONE]] < g[below - ONE]) << 4
-    mask |= np.int64(cell_g + table[1, flat_costs[below + ONE]] < g[below + ONE]) << 5
-    mask |= np.int64(cell_g + table[1, flat_costs[above - ONE]] < g[above - ONE]) << 6
-    mask |= np.int64(cell_g + table[1, flat_costs[above + ONE]] < g[above + ONE]) << 7
-    return mask
+    return (
+        _improves(cells[cell - ONE], g, straight)
+        | _improves(cells[cell + ONE], g, straight) << 1
+        | _improves(cells[below], g, straight) << 2
+        | _improves(cells[above], g, straight) << 3
+        | _improves(cells[below - ONE], g, diagonal) << 4
+        | _improves(cells[below + ONE], g, diagonal) << 5
+        | _improves(cells[above - ONE], g, diagonal) << 6
+        | _improves(cells[above + ONE], g, diagonal) << 7
+    )
+
+
+@njit(cache=True, forceinline=True, _nrt=False)
+def _is_cut(cells, columns, cell, direction, blocking):
+    """Tells whether a step passes a blocked cell beside it. blocking: the straight steps' costs."""
+    beside = cell + np.uint64(COLUMN_STEPS[direction])
+    beyond = cell + np.uint64(ROW_STEPS[direction]) * columns
+    return blocking[cells[beside].cost] == np.inf or blocking[cells[beyond].cost] == np.inf
 
 
 # Called for every cell: the call itself would cost a tenth of the search.
-@njit(cache=True, forceinline=True)
-def _relax_neighbours(flat_costs, columns, cell, cell_g, goal_point, steps, reached, best):
-    """Offers the cell's cost to its neighbours. Returns (heap size, best cell, best heuristic).
+@njit(cache=True, forceinline=True, _nrt=False)
+def _relax(cells, columns, at, goal_point, steps, heap, size, best):
+    """Offers a cell's cost to its neighbours. Returns (heap size, best cell, best heuristic).
 
-    goal_point: (x, y) in cells. steps: table of `step_costs`, and whether corners may be cut.
-    reached: g and directions by cell, the heap, and its size. best: (cell, heuristic) nearest to
-    the goal among all cells relaxed so far, the first on ties.
+    at: the cell, its g, and the neighbours that it improves on. goal_point: (x, y) in cells.
+    steps: table of `step_costs`, and whether corners may be cut. size: of the heap. best: (cell,
+    heuristic) nearest to the goal among all cells relaxed so far, the first on ties.
     """
-    goal_x, goal_y = goal_point
+    cell, cell_g, improved = at
     table, corner_cutting = steps
-    g, directions, heap, size = reached
+    straight = table[0]
     best_cell, best_h = best
     row = cell // columns
     column = cell - row * columns
-    mask = _improved(flat_costs, columns, cell, cell_g, table, g)
-    while mask != 0:
-        direction = LOWEST_BIT[np.uint64(mask)]
-        mask &= mask - 1
-        column_step, row_step = COLUMN_STEPS[direction], ROW_STEPS[direction]
-        beside = cell + np.uint64(column_step)
-        neighbour = beside + np.uint64(row_step) * columns
+    while improved != 0:
+        direction = LOWEST_BIT[np.uint64(improved)]
+        improved &= improved - 1
         is_diagonal = np.int64(direction) >= FIRST_DIAGONAL
-        if is_diagonal and not corner_cutting:
-            beyond = neighbour - np.uint64(column_step)
-            if table[0, flat_costs[beside]] == np.inf or table[0, flat_costs[beyond]] == np.inf:
-                continue
-        new_g = cell_g + table[np.uint64(is_diagonal), flat_costs[neighbour]]
-        g[neighbour] = new_g
-        directions[neighbour] = direction
+        passes_corners = corner_cutting or not is_diagonal
+        if not passes_corners and _is_cut(cells, columns, cell, direction, straight):
+            continue
+        column_step, row_step = COLUMN_STEPS[direction], ROW_STEPS[direction]
+        neighbour = cell + np.uint64(column_step) + np.uint64(row_step) * columns
+        there = cells[neighbour]
+        g = cell_g + table[np.uint64(is_diagonal), there.cost]
+        there.g, there.direction = g, direction
         h = _heuristic(
             np.int64(column) + column_step - BORDER,
             np.int64(row) + row_step - BORDER,
-            goal_x,
-            goal_y,
+            goal_point[0],
+            goal_point[1],
         )
         if h < best_h:
-            best_h = h
-            best_cell = neighbour
-        _rise(heap, size, _entry(new_g + h, np.int64(neighbour)))
+            best_cell, best_h = neighbour, h
+        push_cell(heap, size, g + h, neighbour)
         size += ONE
     return size, best_cell, best_h
 
 
-@njit(cache=True)
-def _search(flat_costs, columns, start, goal, goal_point, steps, approach, stop_at):
-    """Runs `search` on a flat grid with a blocked border, cells named by row * columns + column.
+class _Progress(NamedTuple):
+    """A search between two expansions.
 
-    The goal is admitted. steps: as of `_relax_neighbours`. approach: (tolerance in cells,
-    max_on_approach_iterations). stop_at: (expansions, status) at which the search ends, and whether
-    it then ends without a path even where it has come within the tolerance. Returns (status, last
-    cell of the path, expansions, directions by which cells were reached).
+    status: HEAP_FULL, or that of the search. size: of the heap. nearest, distance: the
+    cell nearest to the goal among all that were reached, the first on ties. approach_expansions:
+    those with a cell within the tolerance.
     """
-    tolerance, max_on_approach_iterations = approach
-    g = np.full(flat_costs.size, np.float32(np.inf), dtype=np.float32)
-    directions = np.empty(flat_costs.size, dtype=np.uint8)
-    heap = np.empty(INITIAL_HEAP_CAPACITY, dtype=np.int64)
-    g[start] = np.float32(0.0)
-    heap[0] = np.int64(start)
-    size = ONE
-    best_cell, best_h = start, np.float32(np.inf)
-    expansions, approach_expansions = np.int64(0), np.int64(0)
-    status = OPEN_SET_EMPTY
+
+    status: int
+    size: int
+    nearest: int
+    distance: float
+    expansions: int
+    approach_expansions: int
+
+
+@njit(cache=True, _nrt=False)
+def _advanced(cells, columns, heap, progress, goal, goal_point, steps, limits):
+    """Goes on with `_search` until it ends, or until the heap is full; returns its progress."""
+    (tolerance, max_on_approach_iterations), stop_at = limits
+    straight, diagonal = steps[0][0], steps[0][1]
+    _, size, best_cell, best_h, expansions, approach_expansions = progress
+    status, depth = OPEN_SET_EMPTY, np.int64(0)
     while size > ZERO:
         if expansions >= stop_at[0]:
             status = stop_at[1]
             break
-        cell = _pop(heap, size)
+        if np.int64(size) + NEIGHBOURS >= heap.size:
+            status = HEAP_FULL
+            break
+        cell = cell_of(heap[TOP])
+        cell_g = cells[cell].g
+        # The processor fetches the neighbours while the heap is put in order.
+        improved = _improved(cells, columns, cell, cell_g, straight, diagonal)
+        depth = depth_of(size, depth)
+        remove_top(heap, size, depth)
         size -= ONE
-        cell_g = g[cell]
         if cell_g == CLOSED:
             continue
         expansions += 1
-        g[cell] = CLOSED
+        cells[cell].g = CLOSED
         if cell == goal:
-            return FOUND, cell, expansions, directions
+            status, best_cell = FOUND, cell
+            break
         if best_h < tolerance:
             approach_expansions += 1
             if approach_expansions >= max_on_approach_iterations > 0:
                 break
-        if np.int64(size) + NEIGHBOURS > heap.size:
-            heap = _grown(heap)
-        size, best_cell, best_h = _relax_neighbours(
-            flat_costs, columns, cell, cell_g, goal_point, steps,
-            (g, directions, heap, size), (best_cell, best_h),
-        )  # fmt: skip
-    if best_h < tolerance and not (status == stop_at[1] and stop_at[2]):
+        at, best = (cell, cell_g, improved), (best_cell, best_h)
+        size, best_cell, best_h = _relax(cells, columns, at, goal_point, steps, heap, size, best)
+    return _Progress(status, size, best_cell, best_h, expansions, approach_expansions)
+
+
+@njit(cache=True)
+def _search(cells, columns, start, goal, goal_point, steps, limits):
+    """Runs `search` on the cells of `_set_cells`, named by row * columns + column.
+
+    The goal is admitted. columns: with the border. steps: table of `step_costs`, and whether
+    corners may be cut. limits: (tolerance in cells, max_on_approach_iterations), and (expansions,
+    status) at which the search ends, and whether it then ends without a path even where it has come
+    within the tolerance. Returns (status, last cell of the path, expansions).
+    """
+    (tolerance, _), stop_at = limits
+    heap = new_heap()
+    heap[TOP] = np.int64(start)
+    cells[start].g = np.float32(0.0)
+    none = np.int64(0)
+    progress = _Progress(HEAP_FULL, ONE, start, np.float32(np.inf), none, none)
+    while True:
+        progress = _advanced(cells, columns, heap, progress, goal, goal_point, steps, limits)
+        if progress.status != HEAP_FULL:
+            break
+        heap = larger_heap(heap)
+    status = progress.status
+    if progress.distance < tolerance and not (status == stop_at[1] and stop_at[2]):
         status = FOUND
-    return status, best_cell, expansions, directions
+    return status, progress.nearest, progress.expansions
 
 
 def search(
@@ -382,26 +359,26 @@ def search(
     start_cost = costs[start_cell[1], start_cell[0]]
     if rules.refuses_blocked_start and not are_free(start_cost, rules.allow_unknown):
         return START_OCCUPIED, no_cells, 0
-    walled = np.full([side + 2 * BORDER for side in costs.shape], INSCRIBED, dtype=np.uint8)
-    walled[BORDER:-BORDER, BORDER:-BORDER] = costs
-    columns = walled.shape[1]
+    rows, columns = (side + 2 * BORDER for side in costs.shape)
+    # By numpy: it asks for large pages where numba does not.
+    cells = np.empty(rows * columns, dtype=CELL)
+    _set_cells(costs, cells)
     start, goal = (
         (int(row) + BORDER) * columns + int(column) + BORDER
         for column, row in (start_cell, goal_cell)
     )
-    status, end, expansions, directions = _search(
-        walled.ravel(),
+    status, end, expansions = _search(
+        cells,
         np.uint64(columns),
         np.uint64(start),
         np.uint64(goal),
         point,
         (step_costs(rules.cost_travel_multiplier, rules.allow_unknown), rules.corner_cutting),
-        (reach, rules.max_on_approach_iterations),
-        _stop_at(rules),
+        ((reach, rules.max_on_approach_iterations), _stop_at(rules)),
     )
     if status != FOUND:
         return status, no_cells, expansions
-    return status, _cells_to(directions, columns, start, int(end)) - BORDER, expansions
+    return status, _cells_to(cells, columns, start, int(end)) - BORDER, expansions
 
 
 def _stop_at(rules: SearchRules) -> tuple[int, int, bool]:

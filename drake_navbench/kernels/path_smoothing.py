@@ -35,12 +35,29 @@ def _is_in_collision(cost):
 
 
 @njit(cache=True)
+def _are_apart(path, i):
+    """Tells whether a pose of a path has a direction to the next one."""
+    delta_x = path[i + 1, 0] - path[i, 0]
+    delta_y = path[i + 1, 1] - path[i, 1]
+    return abs(delta_x) >= COINCIDENT_M or abs(delta_y) >= COINCIDENT_M
+
+
+@njit(cache=True)
+def _gives_all_headings(path):
+    """Tells whether `assign_headings` turns every pose but the last, whatever its heading was."""
+    all_are_apart = True
+    for i in range(path.shape[0] - 1):
+        all_are_apart &= _are_apart(path, i)
+    return all_are_apart
+
+
+@njit(cache=True)
 def assign_headings(path, offset):
     """Turns each pose of `path` but the last towards the next pose, plus `offset` rad."""
     for i in range(path.shape[0] - 1):
-        delta_x = path[i + 1, 0] - path[i, 0]
-        delta_y = path[i + 1, 1] - path[i, 1]
-        if abs(delta_x) >= COINCIDENT_M or abs(delta_y) >= COINCIDENT_M:
+        if _are_apart(path, i):
+            delta_x = path[i + 1, 0] - path[i, 0]
+            delta_y = path[i + 1, 1] - path[i, 1]
             path[i, 2] = wrap(math.atan2(delta_y, delta_x) + offset)
 
 
@@ -131,10 +148,12 @@ def smooth_grid_path(
     max_iterations: a pass ends before this sweep. refinement_num: passes after the first one, each
     starting from the result of the one before; a pass that was cut short is the last.
     Every sweep assigns headings (holonomic), so a first sweep that collides leaves those of `path`.
+    They are computed at the end where no outline needs them and no pose keeps one of before.
     """
-    if path.shape[0] - 1 <= MIN_SPAN_OF_GRID_PATH:
-        return _copied(path)
     result = _copied(path)
+    if path.shape[0] - 1 <= MIN_SPAN_OF_GRID_PATH:
+        return result
+    is_headed = True
     for _ in range(refinement_num + 1):
         original = _copied(result)
         trial = _copied(result)
@@ -148,11 +167,28 @@ def smooth_grid_path(
             change = 0.0
             for i in range(1, path.shape[0] - 1):
                 change += relax_point(original, trial, i, w_data, w_smooth)
-            assign_headings(trial, 0.0)
+            was_headed = is_headed
+            is_headed = footprint.shape[0] > 0 or not _gives_all_headings(trial)
+            if is_headed:
+                if not was_headed:
+                    _give_headings(result, trial)
+                assign_headings(trial, 0.0)
             if not is_path_free(grid, trial, footprint):
+                if not was_headed:
+                    assign_headings(result, 0.0)
                 return result
             copy_into(trial, result)
+    if not is_headed:
+        assign_headings(result, 0.0)
     return result
+
+
+@njit(cache=True)
+def _give_headings(path, other):
+    """Gives each pose of a path its heading, and that of another path the same."""
+    assign_headings(path, 0.0)
+    for i in range(path.shape[0]):
+        other[i, 2] = path[i, 2]
 
 
 @njit(cache=True)
