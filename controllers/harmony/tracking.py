@@ -37,8 +37,8 @@ BODY_M, LARGEST_M, FEWEST_CELLS = 0.3, 1.5, 2
 GATE_M, GATE_MPS, COAST_S = 0.5, 1.0, 0.7
 # A velocity needs FEWEST of the last MOST places. It is sure above SLOWEST_MPS, if the places are
 # within SPREAD_M of its line, in the root mean square, and the thing's rear, too, has moved by
-# REAR_M: what comes into sight grows, and its rear stands. In place of it, the front has come nearer
-# to the lidar by COMES_M and by at least the share STRAIGHT of its way.
+# REAR_M: what comes into sight grows, and its rear stands. Else its front has come nearer to the
+# lidar by COMES_M and by at least the share STRAIGHT of its way.
 FEWEST, MOST, SLOWEST_MPS, SPREAD_M, REAR_M = 3, 6, 0.4, 0.2, 0.1
 COMES_M, STRAIGHT = 0.3, 0.8
 

@@ -154,8 +154,8 @@ def _pose_of_mapping(value: Mapping[str, Any], where: str) -> FoundPose | None:
     for name in POSITIONS:
         inner = value.get(name)
         if is_numbers(inner):
-            place = FoundPose(*(float(number_of(one) or 0.0) for one in inner[:2]))
-            return checked(place._replace(yaw=turn), where)
+            x, y = (float(number_of(one) or 0.0) for one in inner[:2])
+            return checked(FoundPose(x, y, turn), where)
         if isinstance(inner, Mapping):
             found = _pose_of_mapping(_renamed(inner), below(where, name))
             if found is not None:

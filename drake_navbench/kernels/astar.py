@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from drake_navbench.kernels.cell_heap import (
     ONE,
     TOP,
+    UNCOUNTED,
     ZERO,
     cell_of,
     depth_of,
@@ -113,7 +114,7 @@ def step_costs(cost_travel_multiplier: float, allow_unknown: bool) -> NDArray[np
     return table
 
 
-@njit(cache=True, _nrt=False)
+@njit(**UNCOUNTED)
 def _heuristic(column, row, goal_x, goal_y):
     """Returns the distance from a cell's index to the goal's map coordinate, float32 cells."""
     delta_x = goal_x - np.float32(column)
@@ -167,7 +168,7 @@ def _cells_to(cells, columns, start, end):
     return path
 
 
-@njit(cache=True, _nrt=False)
+@njit(**UNCOUNTED)
 def _set_cells(costs, cells):
     """Makes cells those of a grid (rows, columns) in a blocked border; nothing has reached them."""
     rows, columns = costs.shape
@@ -181,13 +182,13 @@ def _set_cells(costs, cells):
             place += 1
 
 
-@njit(cache=True, forceinline=True, _nrt=False)
+@njit(forceinline=True, **UNCOUNTED)
 def _improves(there, g, steps):
     """Returns 1 where a step into a cell comes there with a smaller g than the cell has, else 0."""
     return np.int64(g + steps[there.cost] < there.g)
 
 
-@njit(cache=True, forceinline=True, _nrt=False)
+@njit(forceinline=True, **UNCOUNTED)
 def _improved(cells, columns, cell, g, straight, diagonal):
     """Returns the neighbours that a cell with the cost `g` improves on, bit k that in direction k.
 
@@ -206,7 +207,7 @@ def _improved(cells, columns, cell, g, straight, diagonal):
     )
 
 
-@njit(cache=True, forceinline=True, _nrt=False)
+@njit(forceinline=True, **UNCOUNTED)
 def _is_cut(cells, columns, cell, direction, blocking):
     """Tells whether a step passes a blocked cell beside it. blocking: the straight steps' costs."""
     beside = cell + np.uint64(COLUMN_STEPS[direction])
@@ -215,7 +216,7 @@ def _is_cut(cells, columns, cell, direction, blocking):
 
 
 # Called for every cell: the call itself would cost a tenth of the search.
-@njit(cache=True, forceinline=True, _nrt=False)
+@njit(forceinline=True, **UNCOUNTED)
 def _relax(cells, columns, at, goal_point, steps, heap, size, best):
     """Offers a cell's cost to its neighbours. Returns (heap size, best cell, best heuristic).
 
@@ -270,7 +271,7 @@ class _Progress(NamedTuple):
     approach_expansions: int
 
 
-@njit(cache=True, _nrt=False)
+@njit(**UNCOUNTED)
 def _advanced(cells, columns, heap, progress, goal, goal_point, steps, limits):
     """Goes on with `_search` until it ends, or until the heap is full; returns its progress."""
     (tolerance, max_on_approach_iterations), stop_at = limits

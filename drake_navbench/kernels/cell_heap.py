@@ -8,11 +8,11 @@ heap functions, so the priority queue of Nav2's planners).
 The top is at place 1 and the children of k at 2 k and 2 k + 1. Which of two entries is smaller no
 processor can guess, so entries are chosen without a branch. For that the one at place 0 is smaller
 than every other, those beyond the heap are larger, and the array's size is a power of two.
-
-`_nrt=False`: a kernel that makes and returns no array counts no references to those that it gets.
 """
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -26,6 +26,9 @@ INITIAL_CAPACITY = 8192
 # from the end. A plain number beside an unsigned one would make both floating.
 ZERO, ONE, TWO, THREE = (np.uint64(number) for number in range(4))
 TOP = ONE
+# A kernel that makes and returns no array need not count the references to those that it gets. The
+# option is numba's own; its types do not name it.
+UNCOUNTED: Any = {"cache": True, "_nrt": False}
 
 
 @njit(cache=True)
@@ -45,20 +48,20 @@ def larger_heap(heap):
     return larger
 
 
-@njit(cache=True, _nrt=False)
+@njit(**UNCOUNTED)
 def cell_of(entry):
     """Returns the cell of an entry, unsigned."""
     return np.uint64(entry & CELL_MASK)
 
 
-@njit(cache=True, forceinline=True, _nrt=False)
+@njit(forceinline=True, **UNCOUNTED)
 def push_cell(heap, size, key, cell):
     """Adds a cell to a heap of `size` entries, which has room for it."""
     entry = (np.int64(np.float32(key).view(np.int32)) << KEY_SHIFT) | np.int64(cell)
     _rise(heap, size + ONE, entry)
 
 
-@njit(cache=True, forceinline=True, _nrt=False)
+@njit(forceinline=True, **UNCOUNTED)
 def remove_top(heap, size, depth):
     """Removes the top of a heap of `size` entries. depth: `depth_of` them.
 
@@ -77,7 +80,7 @@ def remove_top(heap, size, depth):
     _rise(heap, hole, entry)
 
 
-@njit(cache=True, forceinline=True, _nrt=False)
+@njit(forceinline=True, **UNCOUNTED)
 def depth_of(size, depth):
     """Returns the levels below the top of a heap. depth: those of about the same size."""
     while size >> np.uint64(depth + 1):
@@ -87,7 +90,7 @@ def depth_of(size, depth):
     return depth
 
 
-@njit(cache=True, forceinline=True, _nrt=False)
+@njit(forceinline=True, **UNCOUNTED)
 def _rise(heap, hole, entry):
     """Puts an entry into the heap at `hole` or above, below the first parent that is not larger."""
     while heap[hole >> ONE] > (entry | CELL_MASK):
@@ -96,7 +99,7 @@ def _rise(heap, hole, entry):
     heap[hole] = entry
 
 
-@njit(cache=True, forceinline=True, _nrt=False)
+@njit(forceinline=True, **UNCOUNTED)
 def _sunk(heap, depth):
     """Moves the hole at the top down by `depth` levels, along the smaller children.
 
@@ -127,13 +130,13 @@ def _sunk(heap, depth):
     return hole
 
 
-@njit(cache=True, forceinline=True, _nrt=False)
+@njit(forceinline=True, **UNCOUNTED)
 def _is_larger(entry, other):
     """Returns 1 where the key of an entry is larger than that of another, else 0."""
     return np.int64(entry > (other | CELL_MASK))
 
 
-@njit(cache=True, forceinline=True, _nrt=False)
+@njit(forceinline=True, **UNCOUNTED)
 def _chosen(is_first, first, second):
     """Returns the first of two whole numbers for 1, the second for 0, without a branch."""
     return second ^ ((first ^ second) & -is_first)
