@@ -112,10 +112,8 @@ def whole_units(rows: pd.DataFrame) -> pd.DataFrame:
 
 def tell(rows: pd.DataFrame, ours: str = judgement.OURS) -> None:
     """Prints the page's tables: losses, families, what is pooled, and touches."""
-    rows = whole_units(rows)
-    rows = rows[rows["controller"].isin([ours, *RIVALS])].replace(
-        {"controller": {ours: judgement.OURS}}
-    )
+    rows = rows[rows["controller"].isin([ours, *RIVALS])]
+    rows = whole_units(rows.replace({"controller": {ours: judgement.OURS}}))
     rivals = [name for name in RIVALS if name in set(rows["controller"])]
     lost = judgement.losses(judgement.verdicts(rows, rivals))
     touched = judgement.touches(rows)
