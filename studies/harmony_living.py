@@ -5,6 +5,10 @@ drives nothing. A round is one trial of every scenario by each of the columns, f
 500 on; columns are compared with those that have the same kind of map, or with the first --columns
 of them. With --scenarios a round has these scenarios alone. FILE gets a line a trial, and the drive
 goes on where FILE ends. What the rows decide is in docs/harmony.md.
+
+The stop for moving things was made anew in November 2026. Rounds 32 to 35, which nobody had driven,
+tell what it costs: all six columns on cleared maps. Its default stays off unless it loses no
+arrival, no more units touch than without it, and it takes at most 7% longer.
 """
 
 from __future__ import annotations
