@@ -116,11 +116,10 @@ def _verdict(visit: Visit) -> str:
 
 def _touches_seen(visit: Visit) -> str:
     """Returns a sentence on touches beside the symptom that was asked for; '' without any."""
-    names = visit.seen.get(Symptom.COLLISION, ())
-    if not names:
+    if Symptom.COLLISION not in visit.seen:
         return ""
     return (
-        f" Worse, it touches something in {counted(len(names), 'probe')} ({', '.join(names)}): "
+        f" Worse, it touches something in {_probes(visit, Symptom.COLLISION)}: "
         "`--symptom collision` treats that."
     )
 
