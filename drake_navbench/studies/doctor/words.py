@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from drake_navbench.analysis.numbers import counted
 from drake_navbench.studies.doctor.causes import Cause, with_short_outlines
 from drake_navbench.studies.doctor.change_words import cause_told, change_told, name_of_place
 from drake_navbench.studies.doctor.cures import Trial, told_with_step
