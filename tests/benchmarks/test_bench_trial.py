@@ -61,7 +61,7 @@ def test_bench_little_but_the_trial(benchmark):
 
 
 def test_bench_replanning_across_a_building(benchmark, tmp_path):
-    """A plan a second over a map of 1674 x 1006 cells. Expected: 25 times real time."""
+    """A plan a second over a map of 1674 x 1006 cells. Expected: 28 times real time."""
     path = write_building(tmp_path)
     scenario = scenario_on_map(path, (2.5, 2.5, 0.0), (80.0, 47.5, 0.0))
     log = bench_trial(benchmark, scenario, "turtlebot4", "rpp", rounds=2)
