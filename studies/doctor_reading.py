@@ -185,6 +185,9 @@ def main() -> None:
     parser.add_argument("step", choices=steps)
     parser.add_argument("files", type=Path, help="folder of the cases' files")
     arguments = parser.parse_args()
+    if not arguments.files.is_dir():
+        # Without their files the cases would be read by their named values, and score otherwise.
+        parser.error(f"files {arguments.files}: no such folder")
     steps[arguments.step](arguments.files)
 
 

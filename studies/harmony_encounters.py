@@ -185,6 +185,9 @@ def main() -> None:
     arguments = parser.parse_args()
     if (not arguments.seed) == (arguments.judge is None):
         parser.error("expected --seed or --judge FILE, and not both")
+    missing = [path for path in arguments.judge or () if not path.is_file()]
+    if missing:
+        parser.error(f"--judge {missing[0]}: no such file")
     if arguments.judge is not None:
         rows = pd.concat([pd.read_csv(path) for path in arguments.judge], ignore_index=True)
         tell(rows)
