@@ -118,7 +118,8 @@ def checked(pose: FoundPose, where: str) -> FoundPose:
     """Returns a pose; raises InputError where it is farther away than any map reaches."""
     if pose.is_on_earth and not (abs(pose.y) <= 90.0 and abs(pose.x) <= 360.0):
         raise InputError(
-            f"{shown(where)}: latitude {pose.y:g}, longitude {pose.x:g}; expected degrees"
+            f"{shown(where)}: latitude {pose.y:g}, longitude {pose.x:g}; expected -90 to 90 and "
+            "-360 to 360 degrees"
         )
     if max(abs(pose.x), abs(pose.y)) > MAX_LENGTH_M:
         raise InputError(
