@@ -52,7 +52,10 @@ def read_measured(root: Path, stamps: Mapping[Path, str]) -> MeasuredTrials:
     """
     try:
         return _read(root, stamps)
-    except (OSError, KeyError, TypeError, ValueError, RecursionError, pa.ArrowException):
+    except (
+        *(OSError, AttributeError, KeyError, TypeError, ValueError, RecursionError),
+        pa.ArrowException,
+    ):
         return NOTHING_MEASURED
 
 

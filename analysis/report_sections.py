@@ -27,8 +27,12 @@ from drake_navbench.logs.results import ResultsFolder
 MOST_TRIALS_LISTED = 1000
 
 
-class Column(NamedTuple):
-    """A controller's cell in a scenario's table: ours, the published value, their difference."""
+class PublishedCell(NamedTuple):
+    """One metric of a controller in a scenario's table.
+
+    value, ours: our value as a number and as text. published: the published value. change: the
+    relative difference of ours; '' where one of them is missing.
+    """
 
     value: float
     ours: str
@@ -77,7 +81,8 @@ def scenario_section(analysis: FolderAnalysis, scenario: ScenarioAnalysis) -> di
 
 def _published_rows(
     analysis: FolderAnalysis, scenario: ScenarioAnalysis
-) -> list[tuple[str, str, str, list[Column]]]:
+) -> list[tuple[str, str, str, list[PublishedCell]]]:
+    """Returns name, title, unit and the controllers' cells of each metric of a scenario."""
     table = scenario_table(analysis.trials, scenario.scenario)
     published = published_table()
     published = published[published["scenario"] == scenario.scenario].set_index("metric")
@@ -96,7 +101,7 @@ def _published_rows(
             )
             is_count = unit == "trials" and math.isfinite(ours)
             columns.append(
-                Column(
+                PublishedCell(
                     ours, f"{ours:.0f}" if is_count else short_number(ours), *_against(ours, theirs)
                 )
             )

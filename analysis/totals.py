@@ -42,9 +42,10 @@ class Share(NamedTuple):
 class Total(NamedTuple):
     """The totals of a controller over all worlds of a suite, or of one density of it.
 
-    density: '' for all. success, collision: the shares of success and of touches. score: the mean
-    BARN score. scored: the share of worlds with a score above 0, which is success as BARN defines
-    it. has_densities: whether the suite's worlds tell their density, as BARN's do.
+    density: '' for all. success, collision: the shares of success and of touches. scored: the
+    share of worlds with a score above 0, which is success as BARN defines it. score: the mean BARN
+    score. time_s: time to the goal of the trials that arrive. has_densities: whether the suite's
+    worlds tell their density, as BARN's do.
     """
 
     suite: str
@@ -98,8 +99,8 @@ def totals(trials: pd.DataFrame) -> list[Total]:
             for controller in dict.fromkeys(own["controller"]):
                 rows = part[part["controller"] == controller]
                 if len(rows):
-                    total = _total(suite, density, controller, rows)
-                    found.append(total._replace(has_densities=bool(densities)))
+                    total = _total(suite, density, controller, rows, bool(densities))
+                    found.append(total)
     return found
 
 
@@ -161,7 +162,9 @@ def _by_world(trials: pd.DataFrame) -> pd.DataFrame:
     return quantities.groupby("scenario", sort=False).mean()
 
 
-def _total(suite: str, density: str, controller: str, trials: pd.DataFrame) -> Total:
+def _total(
+    suite: str, density: str, controller: str, trials: pd.DataFrame, has_densities: bool
+) -> Total:
     worlds = _by_world(trials)
     return Total(
         suite=suite,
@@ -174,7 +177,7 @@ def _total(suite: str, density: str, controller: str, trials: pd.DataFrame) -> T
         scored=_share(worlds["scored"]),
         score=_within(summarize(worlds["score"]), 0.0, BEST_SCORE),
         time_s=_within(summarize(worlds["time_s"]), 0.0, math.inf),
-        has_densities=bool(density),
+        has_densities=has_densities,
     )
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import combinations, permutations
+from itertools import combinations, islice, permutations
 from typing import NamedTuple
 
 import numpy as np
@@ -154,14 +154,13 @@ def permutation_baseline(trials: pd.DataFrame, lineup: Lineup = PUBLISHED_SETTIN
     pairs = list(permutations(range(len(PUBLISHED_CONTROLLERS)), 2))
     column = {pair: place for place, pair in enumerate(pairs)}
     published_of, ours_of = np.array(published_signs), np.array(our_signs)
-    ratios = []
-    for labels in permutations(range(len(PUBLISHED_CONTROLLERS))):
+    others = []
+    # The first permutation is the identity.
+    for labels in islice(permutations(range(len(PUBLISHED_CONTROLLERS))), 1, None):
         ours_then = ours_of[:, [column[labels[a], labels[b]] for a, b in pairs]]
         is_known = (published_of != 0.0) & np.isfinite(ours_then)
         if is_known.any():
-            ratios.append(float((0.5 + 0.5 * published_of * ours_then)[is_known].mean()))
-    # The first permutation is the identity.
-    others = ratios[1:]
+            others.append(float((0.5 + 0.5 * published_of * ours_then)[is_known].mean()))
     if not others:
         return Baseline(0, math.nan, math.nan)
     return Baseline(len(others), float(np.median(others)), max(others))
@@ -264,8 +263,10 @@ def _means(weights: Array, values: Array) -> Array:
 
 
 def _agreements(halves: Sequence[Array], a: int, b: int, *, printed_unit: float) -> Array:
-    """Returns (splits,) agreement of two controllers' order in two halves; NaN where it is no
-    ordering in the first half."""
+    """Returns (splits,) agreement of the order of controllers a and b in two halves.
+
+    NaN where the first half, rounded as in print, has a tie or no value.
+    """
     printed = np.round(halves[0][:, [a, b]] / printed_unit) * printed_unit
     ours = halves[1][:, [a, b]]
     agreement = 0.5 + 0.5 * np.sign(printed[:, 1] - printed[:, 0]) * np.sign(
@@ -280,7 +281,7 @@ def _agreements(halves: Sequence[Array], a: int, b: int, *, printed_unit: float)
 
 
 def _ceiling(agreements: Array) -> Ceiling:
-    """agreements: (orderings, splits), NaN where there is no ordering."""
+    """Returns the ceiling; agreements: (orderings, splits), NaN where there is no ordering."""
     counts = np.isfinite(agreements).sum(axis=0)
     with np.errstate(invalid="ignore"):
         ratios = np.nansum(agreements, axis=0) / counts

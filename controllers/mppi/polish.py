@@ -90,7 +90,7 @@ class Polish:
     ) -> None:
         times = first_time_s + dt_s * np.arange(steps)
         knots = _clamped_knots(knot_count, float(times[-1]))
-        # 0.2 s, for those who drive.
+        # Imported late: it takes 0.2 s, which only a process that drives spends.
         from scipy.interpolate import BSpline
 
         basis = BSpline.design_matrix(times, knots, _DEGREE).toarray()

@@ -73,11 +73,12 @@ def require_same_inputs(folder: ResultsFolder, campaign: Campaign, begun: Begun)
     if begun.drake_navbench != __version__:
         raise InputError(
             f"--resume {folder.path}: started with version {begun.drake_navbench}, "
-            f"this is {__version__}"
+            f"this is {__version__}; expected the same version"
         )
     if begun.identity != campaign.identity:
         raise InputError(
-            f"--resume {folder.path}: its trials are no longer those of the started run"
+            f"--resume {folder.path}: its trials are no longer those of the started run; expected "
+            "unchanged maps, files of controllers and plugins"
         )
 
 

@@ -28,7 +28,7 @@ PRELOAD_MODULE = "drake_navbench.campaign.worker_preload"
 # Together these trials plan with a smoother and with filters, recover, and begin with a turn.
 WARM_UP_SCENARIOS = ("one_obstacle", "speed_zone", "dead_end")
 WARM_UP_S = 0.1
-# A drive so long that everything in a world has moved, sensed and been measured, s.
+# In a drive of this length everything in a world has moved, sensed and been measured, s.
 WORLD_WARM_UP_S = 1.0
 # The column that drives where only the world's kernels are to be compiled.
 WORLD_COLUMN = "rpp"

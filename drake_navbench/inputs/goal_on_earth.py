@@ -26,8 +26,9 @@ class Datum(NamedTuple):
 
 
 def datum_in(value: Mapping[Any, Any], where: str) -> Datum | None:
-    """Returns the `datum` of a file, [latitude, longitude] or with a heading of 0, as in
-    navsat_transform; None if it has none. Raises InputError.
+    """Returns the `datum` of a file; None if it has none. Raises InputError.
+
+    As in navsat_transform it is [latitude, longitude], degrees, or with a heading of 0 behind them.
     """
     if DATUM not in value:
         return None

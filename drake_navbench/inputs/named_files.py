@@ -9,10 +9,9 @@ from pathlib import Path
 from drake_navbench.errors import InputError, nearest_name_hint
 
 YAML_SUFFIXES = frozenset({".yaml", ".yml"})
-
-
 # The suffixes of world files, which are refused in place of YAML files.
 WORLDS = (".world", ".sdf", ".wbt")
+# The most files of a folder that an error names.
 MAX_NAMED = 3
 
 
@@ -60,9 +59,7 @@ class NamedFiles:
                 raise InputError(
                     f"{self.kind} file {name_or_path}: cannot be read: {error.strerror}"
                 ) from error
-            if path.is_dir():
-                raise InputError(f"{self.kind} {name_or_path}: {_instead(path)}")
-            if path.suffix in WORLDS:
+            if path.is_dir() or path.suffix in WORLDS:
                 raise InputError(f"{self.kind} {name_or_path}: {_instead(path)}")
             if not is_file:
                 what = "expected a regular file" if path.exists() else "no such file"

@@ -61,7 +61,10 @@ class RangeSensorSettings(FrozenModel):
         return np.asarray(np.linspace(-half, half, self.ray_count), dtype=np.float64)
 
     def reported_range_m(self, distance_m: float) -> float:
-        """Returns the sensor's reading for a true distance, m; inf where its cone met nothing."""
+        """Returns the sensor's reading, m or as infinite as in REP 117.
+
+        distance_m: true distance to the nearest thing in the cone; inf where there is none.
+        """
         if self.is_switch:
             return -math.inf if distance_m <= self.range_max_m else math.inf
         if distance_m > self.range_max_m:

@@ -39,7 +39,7 @@ OF_PROCESSOR = (
     "adx|cx16|sahf|vzeroupper|recip|neon|crypto|altivec|vsx"
 )
 OF_PROCESSOR_BY_NAME = "arch|tune|cpu|fpu|fpmath|float-abi|recip|prefer-vector-width"
-# Names of compilers' own options: libraries, languages and sanitizers change no number.
+# Options that are neither used nor reported: libraries, languages and sanitizers change no number.
 NOT_TOLD = ("-fPIC", "-fPIE", "-fconcepts", "-fopenmp", "-fvisibility", "-fdiagnostics", "-fsan")
 
 _TOKEN = re.compile(r'#\[\[.*?\]\]|#[^\n]*|"(?:[^"\\]|\\.)*"|[()]|[^\s()"#]+', re.DOTALL)
@@ -59,7 +59,8 @@ class _Command(NamedTuple):
 class Options(NamedTuple):
     """The compiler options of a package.
 
-    of_code: change the machine code, and are used. others: such as warnings, are ignored.
+    of_code: those that change the machine code, which are used. others: further ones that begin
+    with -O, -f or -m, which are ignored.
     """
 
     of_code: tuple[str, ...] = ()

@@ -76,9 +76,10 @@ def note_body(outlines: Outlines, robot: Robot, base_name: str) -> None:
 
     The note says how far the true outline reaches beyond the other.
     """
-    if robot.collision_outline is None:
+    given = next((entry for entry in outlines if entry[1].is_given), None)
+    if robot.collision_outline is None or given is None:
         return
-    reader, outline = next(entry for entry in outlines if entry[1].is_given)
+    reader, outline = given
     outside = reach_beyond_m(robot)
     remark = (
         f"used by the costmaps; what touches obstacles is the body of {base_name}, {_size(robot)}"

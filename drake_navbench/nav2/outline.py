@@ -5,7 +5,6 @@ Source: nav2_costmap_2d (array_parser, footprint), branches humble to lyrical.
 
 from __future__ import annotations
 
-import json
 import re
 from typing import Any, NamedTuple
 
@@ -26,6 +25,8 @@ MAX_BESIDE_M = 0.05
 PADDING = "footprint_padding"
 # Values of `footprint` with which Nav2 uses the radius.
 NO_FOOTPRINT: tuple[Any, ...] = ("", "[]", [])
+# A number as C++ reads one from a stream, which leaves out white space before it.
+NUMBER = re.compile(r"\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 
 
 class Outline(NamedTuple):
@@ -119,27 +120,40 @@ def is_footprint(given: Any) -> bool:
 
 
 def _corners(given: Any) -> Any:
+    """Returns the corners that a list gives, or a text; None for a text that Nav2 cannot read."""
     return parse_points(given) if isinstance(given, str) else given
 
 
-def parse_points(text: str) -> Any:
-    """Returns the lists in a text as Nav2 reads them: commas and blanks part numbers alike.
+def parse_points(text: str) -> list[list[float]] | None:
+    """Returns the lists of numbers in a text as Nav2 reads them; None where Nav2 takes none of it.
 
-    Returns None where the text is no such list.
+    Commas, blanks and tabs part numbers alike; a line break may only stand before a number.
     """
-    number = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-    tokens = re.findall(rf"{number}|[\[\]]|[^\s,]", text)
-    if not all(re.fullmatch(rf"{number}|[\[\]]", token) for token in tokens):
-        return None
-    spaced = " ".join(token if token in "[]" else repr(float(token)) for token in tokens)
-    spaced = re.sub(r"(?<=[\d\]]) (?=[-\d\[])", ", ", spaced)
-    try:
-        return json.loads(spaced)
-    except ValueError:
-        return None
+    lists: list[list[float]] = []
+    numbers: list[float] = []
+    depth = place = 0
+    while place < len(text):
+        sign, end = text[place], place + 1
+        if sign == "[":
+            depth, numbers = depth + 1, []
+        elif sign == "]":
+            depth -= 1
+            if depth == 1:
+                lists.append(numbers)
+        elif sign not in ", \t":
+            found = NUMBER.match(text, place)
+            if found is None or depth != 2:
+                return None
+            numbers.append(float(found[0]))
+            end = found.end()
+        if not 0 <= depth <= 2:
+            return None
+        place = end
+    return lists if depth == 0 else None
 
 
 def are_corners(corners: Any) -> bool:
+    """Tells whether a value is a list of corners, [x, y] each."""
     return isinstance(corners, list) and all(
         isinstance(corner, list)
         and len(corner) == 2

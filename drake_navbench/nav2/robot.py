@@ -211,8 +211,7 @@ class _Files:
             settings = getattr(robot.navigation, reader.node.name.rpartition("/")[2])
             note_small_inflation(reader, settings, robot.radii[0])
             note_wide_cells(reader, settings.resolution, robot.radii[0])
-        if costmap_body(self._outlines):
-            note_body(self._outlines, robot, self._base_name)
+        note_body(self._outlines, robot, self._base_name)
         if robot.is_circle:
             note_outlines_of_a_radius(self._rows, self._places, presets)
 

@@ -69,7 +69,7 @@ class Nav2Sensors:
 
     @property
     def lidar(self) -> LidarSettings:
-        """The robot's scanners."""
+        """The settings of the robot's planar lidars."""
         return self._lidar
 
     @property
@@ -111,7 +111,7 @@ class Nav2Sensors:
     def _of_its_kind(self, names: str, sight: Sight) -> tuple[str, list[str]]:
         """Returns the kind that a topic's names tell, and the robot's sensors of that kind.
 
-        If the robot has but one sensor of points, it is taken for whatever kind.
+        The only depth sensor of a robot is taken for any kind.
         """
         known = {name: _is_around(sensor) for name, sensor in self._depth_sensors.items()}
         if len(known) == 1:

@@ -70,8 +70,8 @@ def chosen_plugin(kind: PluginKind, block: Mapping[str, Any]) -> Any:
 class PluginBlocks(FrozenModel):
     """Base of settings in which further blocks, under free names, hold the parameters of plugins.
 
-    PLUGINS: the kind of these plugins. Fields of a subclass count as given in Python, where
-    strictness takes no list for a tuple.
+    PLUGINS: the kind of these plugins. A field of a subclass has to be a list where a file gives
+    one: after this class has read a block, pydantic takes no list for a tuple.
     """
 
     PLUGINS: ClassVar[PluginKind]

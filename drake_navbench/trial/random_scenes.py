@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.controller import ControllerSetup, Observation
-from drake_navbench.kernels.grid import Costmap
+from drake_navbench.kernels.grid import LETHAL, Costmap
 from drake_navbench.kernels.inflation import inflate
 from drake_navbench.kernels.noise import NoiseKey
 
-LETHAL = 254
 # Steps that divide no lookahead distance: where a sum of steps would equal one, rounding decides.
 PLAN_STEPS_M = (0.03, 0.07)
 # The plan's reach as a share of half the costmap's side; beyond 1 some path handlers would cut it.

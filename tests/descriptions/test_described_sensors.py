@@ -59,6 +59,37 @@ def test_a_lidar_may_scan_from_the_larger_angle_to_the_smaller_one(tmp_path):
     assert any("90 beams over 86 degrees" in row for row in rows(path, Status.USED))
 
 
+@pytest.mark.parametrize(("resolution", "beams"), [("0.5", 45), ("-1", 90), ("5000", 90)])
+def test_a_lidar_has_its_resolution_times_as_many_beams_where_that_is_possible(
+    tmp_path, resolution, beams
+):
+    ray = (
+        f"<ray><scan><horizontal><samples>90</samples><resolution>{resolution}</resolution>"
+        "</horizontal></scan><range><max>5</max></range></ray>"
+    )
+    path = urdf(tmp_path, link(BOX) + EYE.format(rpy="0 0 0") + sensor("ray", ray))
+    assert load_robot(str(path)).lidar.beam_count == beams
+
+
+@pytest.mark.parametrize(
+    ("rpy", "pitch_rad", "remark"),
+    [
+        ("0 0 0", -0.4, ""),
+        ("3.1415926 0 0", 0.4, "hangs upside down: its upper layers look down"),
+        ("0 0.5 0", -0.4, "tilted; here it stands level"),
+    ],
+)
+def test_a_lidar_of_many_layers_upside_down_looks_down(tmp_path, rpy, pitch_rad, remark):
+    """Its layers reach from 0.1 rad below the level to 0.9 rad above: 0.4 rad up in the middle."""
+    ray = (
+        "<lidar><scan><horizontal><samples>360</samples></horizontal><vertical><samples>32"
+        "</samples><min_angle>-0.1</min_angle><max_angle>0.9</max_angle></vertical></scan></lidar>"
+    )
+    path = urdf(tmp_path, link(BOX) + EYE.format(rpy=rpy) + sensor("gpu_lidar", ray))
+    assert load_robot(str(path)).depth_sensors["eye"].pitch_rad == pytest.approx(pitch_rad)
+    assert any(remark in row for status in Status for row in rows(path, status))
+
+
 def test_two_lidars_of_a_kind_scan_together_and_of_two_kinds_the_first(tmp_path):
     path = write_repository(tmp_path)
     second = XACRO[XACRO.index('<gazebo reference="laser">') : XACRO.index("<gazebo><plugin")]

@@ -109,8 +109,15 @@ def test_a_mesh_is_solid_between_its_surfaces_and_free_within_walls():
     assert cut_area(walls, 0.5).area == pytest.approx(7.0, abs=0.2)
     assert not cut_area(walls, 0.5).contains(shapely.Point(2.0, 2.0))
     assert cut_area(walls, 1.5).is_empty
-    doubled = np.vstack([prism(SQUARE, 0, 1)] * 2)
-    assert cut_area(doubled, 0.5).contains(shapely.Point(2.0, 2.0))
+
+
+def test_a_mesh_whose_surfaces_have_two_sides_is_solid_whichever_way_they_run():
+    """A square of 16 m^2, and one of 2 m^2 that stands on a corner; each triangle twice."""
+    diamond = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
+    for corners, area in ((SQUARE, 16.0), (diamond, 2.0)):
+        outside = prism(corners, 0, 1)
+        doubled = np.vstack([outside, outside[:, ::-1]])
+        assert cut_area(doubled, 0.5).area == pytest.approx(area, abs=0.1)
 
 
 def test_a_room_with_a_floor_and_no_ceiling_is_free_and_a_block_is_solid():

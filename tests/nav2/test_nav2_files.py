@@ -209,6 +209,10 @@ def test_a_rotation_shim_over_a_controller_that_is_not_there_costs_its_column(se
         ("[[1e-1, 2]]", [[0.1, 2.0]]),
         ("[[1, 2]", None),
         ("[[a, 2]]", None),
+        ("[[1,\n2], [3, 4]]", [[1.0, 2.0], [3.0, 4.0]]),
+        ("[[1, 2],\n[3, 4]]", None),
+        ("[[1, 2], [3, 4]]\n", None),
+        ("[1, 2]", None),
     ],
 )
 def test_points_are_read_as_nav2_reads_them(text, points):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,7 +24,7 @@ ENDLESS = "continuous"
 TURNING = (ENDLESS, "revolute")
 # Words in a joint's or link's name by which it is a wheel's or a caster's.
 ROLLING = ("wheel", "caster", "castor")
-# left_joint, leftJoint, rear_right_joint of a plugin that drives.
+# Tags by which a driving plugin names its joints: left_joint, leftJoint, rear_right_joint.
 DRIVEN = re.compile(r"(?i)(left|right)\w*joint$")
 # A wheel's mesh is round where its length and its height differ by less than this share.
 ROUND_SHARE = 0.05
@@ -33,10 +33,11 @@ LEVEL_AXIS = math.sqrt(0.5)
 
 
 class Body(NamedTuple):
-    """A robot's shapes, mass and wheels in the frame of its base link.
+    """A robot's extent in the frame of its base link.
 
-    outline: (K, 2) m, counter-clockwise; None where no shape tells it. low_m, high_m: the lowest
-    and the highest point. left_out: remarks on shapes that could not be read.
+    base: name of the base link. outline: (K, 2) m, counter-clockwise; None where no shape tells it.
+    low_m, high_m: the lowest and the highest point. role: the shapes that give the outline,
+    'collisions' or 'visuals'; '' without one. left_out: remarks on shapes that could not be read.
     """
 
     base: str
@@ -188,9 +189,7 @@ def wheel_joints(model: Model, base: str) -> list[Joint]:
     joint without limits whose speed ros2_control commands.
     """
     turn = to_base_of(model, base)[:3, :3]
-    parts = [part for plugin in model.plugins for part in plugin.element.iter()]
-    driven = {(part.text or "").strip() for part in parts if DRIVEN.search(part.tag)}
-    spun = _spun_joints(model)
+    driven, spun = _driven_joints(model), _spun_joints(model)
     joints = []
     for joint in model.joints:
         name = joint.child.lower()
@@ -198,8 +197,7 @@ def wheel_joints(model: Model, base: str) -> list[Joint]:
             continue
         axis = turn @ joint.axis
         is_level = abs(axis[2]) <= LEVEL_AXIS * float(np.linalg.norm(axis))
-        is_driven = joint.name.rpartition("::")[2] in driven
-        is_driven = is_driven or (joint.kind == ENDLESS and joint.name in spun)
+        is_driven = _is_named(joint, driven) or (joint.kind == ENDLESS and joint.name in spun)
         if is_level and (is_driven or ("wheel" in name and "caster" not in name)):
             joints.append(joint)
     return joints
@@ -207,9 +205,19 @@ def wheel_joints(model: Model, base: str) -> list[Joint]:
 
 def held_wheels(model: Model) -> list[str]:
     """Returns the names of fixed joints that a plugin is to turn as wheels."""
+    driven = _driven_joints(model)
+    return [j.name for j in model.joints if j.kind == "fixed" and _is_named(j, driven)]
+
+
+def _driven_joints(model: Model) -> set[str]:
+    """Returns the names by which plugins call the joints that they drive on the left or right."""
     parts = [part for plugin in model.plugins for part in plugin.element.iter()]
-    driven = {(part.text or "").strip() for part in parts if DRIVEN.search(part.tag)}
-    return [joint.name for joint in model.joints if joint.kind == "fixed" and joint.name in driven]
+    return {(part.text or "").strip() for part in parts if DRIVEN.search(part.tag)}
+
+
+def _is_named(joint: Joint, names: Set[str]) -> bool:
+    """Tells whether a joint is among names, which leave out the model's name before it."""
+    return joint.name.rpartition("::")[2] in names
 
 
 def _spun_joints(model: Model) -> set[str]:

@@ -155,6 +155,11 @@ def _ranges(low: float | None, high: float | None) -> dict[str, float]:
     return fields
 
 
+def _is_tilted(pose: Array) -> bool:
+    """Tells whether a sensor's x axis leaves the level by more than LEVEL_RAD."""
+    return math.asin(min(abs(float(pose[2, 0])), 1.0)) > LEVEL_RAD
+
+
 def _place(pose: Array, floor_m: float) -> dict[str, Any]:
     x, y, z = (float(value) for value in pose[:3, 3])
     return {
@@ -173,11 +178,9 @@ def _scanner(sensor: Sensor, pose: Array, floor_m: float) -> FoundSensor:
     low, high = -math.pi if low is None else low, math.pi if high is None else high
     # Gazebo also scans from the larger angle to the smaller one.
     low, high = min(low, high), max(low, high)
-    remark = ""
+    remark = "tilted; here it scans level" if _is_tilted(pose) else ""
     if pose[2, 2] < 0.0:
         low, high, remark = -high, -low, "hangs upside down: its angles count the other way"
-    elif math.asin(min(abs(float(pose[2, 0])), 1.0)) > LEVEL_RAD:
-        remark = "tilted; here it scans level"
     fields = _place(pose, floor_m) | _ranges(told("range/min"), told("range/max"))
     span = min(high - low, 2.0 * math.pi)
     if span > 0.0:
@@ -188,9 +191,9 @@ def _scanner(sensor: Sensor, pose: Array, floor_m: float) -> FoundSensor:
         fields["angle_min_rad"] = -math.pi if full and low < -3.1 else round(first, 6)
     beams = told("scan/horizontal/samples")
     if beams is not None and 1 <= beams <= MAX_BEAMS:
-        fields["beam_count"] = int(beams * (told("scan/horizontal/resolution") or 1.0)) or int(
-            beams
-        )
+        # Gazebo interpolates to resolution times as many ranges.
+        ranges = beams * (told("scan/horizontal/resolution") or 1.0)
+        fields["beam_count"] = int(ranges if 1 <= ranges <= MAX_BEAMS else beams)
     spread = told("noise/stddev")
     if spread is None:
         spread = number(text_of(sensor.element, "noise/stddev"))
@@ -212,6 +215,9 @@ def _layered(sensor: Sensor, pose: Array, floor_m: float) -> FoundSensor:
         return default if value is None else value
 
     low, high = told("scan/vertical/min_angle", -0.26), told("scan/vertical/max_angle", 0.26)
+    remarks = ["tilted; here it stands level"] if _is_tilted(pose) else []
+    if pose[2, 2] < 0.0:
+        low, high, remarks = -high, -low, ["hangs upside down: its upper layers look down"]
     left = told("scan/horizontal/max_angle", math.pi)
     right = told("scan/horizontal/min_angle", -math.pi)
     span = min(max(left - right, 0.01), 2.0 * math.pi)
@@ -228,8 +234,9 @@ def _layered(sensor: Sensor, pose: Array, floor_m: float) -> FoundSensor:
         "row_count": min(_layers(sensor), MAX_LAYERS),
         "period_s": _period_s(sensor),
     }
-    remark = "" if columns <= MAX_LAYER_COLUMNS else f"{columns} columns, here {MAX_LAYER_COLUMNS}"
-    return FoundSensor(sensor.name, fields, remark)
+    if columns > MAX_LAYER_COLUMNS:
+        remarks.append(f"{columns} columns, here {MAX_LAYER_COLUMNS}")
+    return FoundSensor(sensor.name, fields, "; ".join(remarks))
 
 
 def _depth_camera(sensor: Sensor, pose: Array, floor_m: float) -> FoundSensor:

@@ -22,8 +22,6 @@ FORMS = (
     r"<arg\s+name=\"{name}\"\s+default=\"{value}\"",
     r"[\"']{name}[\"']\s*:\s*[\"']{value}[\"']",
 )
-
-
 # Flags tell simulation from robot: a repository's launch files give both.
 FLAGS = frozenset({"true", "false", "0", "1", "yes", "no"})
 

@@ -48,11 +48,10 @@ def cut_area(corners: Array, height_m: float) -> BaseGeometry:
     with a floor and no ceiling. Surfaces that enclose nothing count with a small thickness.
     """
     segments = np.round(crossing_segments(corners, height_m) / GRID_M) * GRID_M
-    ordered = np.where(
-        np.asarray((segments[:, 0] < segments[:, 1]).any(axis=1))[:, None, None],
-        segments,
-        segments[:, ::-1],
-    )
+    # The two sides of a surface meet the plane in one segment, from either end.
+    (x0, y0), (x1, y1) = segments[:, 0].T, segments[:, 1].T
+    is_reversed = (x0 > x1) | ((x0 == x1) & (y0 > y1))
+    ordered = np.where(is_reversed[:, None, None], segments[:, ::-1], segments)
     ordered = np.unique(ordered.reshape(-1, 4), axis=0).reshape(-1, 2, 2)
     ordered = ordered[(ordered[:, 0] != ordered[:, 1]).any(axis=1)]
     if not len(ordered):
@@ -69,7 +68,7 @@ def cut_area(corners: Array, height_m: float) -> BaseGeometry:
 
 
 def _is_inside(face: shapely.Polygon, segments: Array) -> bool:
-    """Returns whether a beam along x from within a face crosses an odd number of segments."""
+    """Tells whether a beam along x from within a face crosses an odd number of segments."""
     x, y = shapely.get_coordinates(shapely.point_on_surface(face))[0]
     first, second = segments[:, 0], segments[:, 1]
     spans = (first[:, 1] > y) != (second[:, 1] > y)
@@ -81,7 +80,7 @@ def _is_inside(face: shapely.Polygon, segments: Array) -> bool:
 
 
 def _is_room(face: shapely.Polygon, corners: Array, height_m: float) -> bool:
-    """Returns whether a face has triangles (T, 3, 3) below a point in it and none above.
+    """Tells whether a face has triangles (T, 3, 3) below a point in it and none above.
 
     Walls of one sheet around a floor are a building. A closed surface is a solid thing, and so is
     an upright one without top and bottom.

@@ -42,7 +42,7 @@ LAYERS = (
 )
 """The layers that every costmap has under a name of its own."""
 LayerName = Annotated[str, WithJsonSchema({"anyOf": [{"enum": [*LAYERS]}, {"type": "string"}]})]
-"Type of the layer: one of ours, or the name of a block with `plugin`."
+"""The name of a layer: one of `LAYERS`, or that of a block with `plugin`."""
 
 
 class SpeedFilterSettings(FrozenModel):

@@ -18,10 +18,7 @@ from drake_navbench.kernels.immutable import Immutable
 from drake_navbench.kernels.rasterize import MASK_FULL, mark_polygon
 from drake_navbench.navigation.costmaps.grid_size import require_grid_size
 from drake_navbench.navigation.costmaps.map_file import OccupancyMap, load_map
-from drake_navbench.typed_files.quantities import (
-    Number,
-    Point,
-)
+from drake_navbench.typed_files.quantities import Number, Point
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 FilterType = Literal["keepout", "speed_percent", "speed_absolute", "binary"]
@@ -32,6 +29,7 @@ FILTER_NAMES: Mapping[FilterType, FilterName] = {
     "speed_absolute": "speed_filter",
     "binary": "binary_filter",
 }
+# The distance from a line of the lattice that counts as rounding, in cells.
 ROUNDING_CELLS = 1e-6
 
 

@@ -6,11 +6,11 @@ import os
 import shutil
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from drake_navbench.errors import InputError, writing
 from drake_navbench.ros2.recordings.rosbags_extra import require_rosbags, ros2_types
-from drake_navbench.ros2.recordings.topics import Topic
+from drake_navbench.ros2.recordings.topics import Message
 from drake_navbench.typed_files.output_file import UNFINISHED
 
 if TYPE_CHECKING:
@@ -21,15 +21,17 @@ if TYPE_CHECKING:
 METADATA_VERSION: Final = 9
 
 
-def write_bag(path: Path, messages: Iterable[tuple[Topic, int, Any]]) -> None:
+def write_bag(path: Path, messages: Iterable[Message]) -> None:
     """Writes a bag folder, whole or not at all; an existing bag is replaced.
 
-    messages: topic, stamp in ns and message, in any order. Raises CannotBeWritten where the folder
+    messages: in any order. Raises CannotBeWritten where the folder
     cannot be written, InputError where something else than a bag has its path.
     """
     require_rosbags()
     if path.exists() and not (path / "metadata.yaml").is_file():
-        raise InputError(f"{path}: exists and is not a bag; it is left as it is")
+        raise InputError(
+            f"{path}: exists and is not a bag, expected a bag or a new folder; left as it is"
+        )
     unfinished = path.with_name(f".{path.name}.{os.getpid()}{UNFINISHED}")
     with writing(path):
         try:
@@ -43,7 +45,7 @@ def write_bag(path: Path, messages: Iterable[tuple[Topic, int, Any]]) -> None:
             shutil.rmtree(unfinished, ignore_errors=True)
 
 
-def _write(path: Path, messages: Iterable[tuple[Topic, int, Any]]) -> None:
+def _write(path: Path, messages: Iterable[Message]) -> None:
     from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
     types = ros2_types()

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,15 @@ COVARIANCE_SIZE = 36
 POINT_FIELD_FLOAT32 = 7
 # Indices of the variances of x, y and yaw in a covariance of x, y, z, roll, pitch, yaw.
 X_X, Y_Y, YAW_YAW = 0, 7, 35
+
+
+class LineStyle(NamedTuple):
+    """The look of a marker of lines; kind: LINE_STRIP, or LINE_LIST for pairs of points."""
+
+    namespace: str
+    kind: int
+    width_m: float
+    rgba: Rgba
 
 
 class MessageMaker:
@@ -52,9 +61,9 @@ class MessageMaker:
         """Returns geometry_msgs/Vector3."""
         return self.make("geometry_msgs/msg/Vector3", x=x, y=y, z=z)
 
-    def point(self, x: float, y: float, z: float = 0.0) -> Any:
-        """Returns geometry_msgs/Point."""
-        return self.make("geometry_msgs/msg/Point", x=x, y=y, z=z)
+    def point(self, x: float, y: float) -> Any:
+        """Returns geometry_msgs/Point on the floor."""
+        return self.make("geometry_msgs/msg/Point", x=x, y=y, z=0.0)
 
     def quaternion(self, yaw: float) -> Any:
         """Returns geometry_msgs/Quaternion of a turn about z."""
@@ -245,28 +254,24 @@ class MessageMaker:
         stamp_ns: int,
         frame: str,
         points: Array,
-        *,
-        kind: int,
-        width_m: float,
-        namespace: str,
-        rgba: Rgba,
+        style: LineStyle,
         colors: Sequence[Rgba] = (),
     ) -> Any:
         """Returns visualization_msgs/MarkerArray with one marker of (N, 2) points, m.
 
-        kind: LINE_STRIP, or LINE_LIST for pairs of points. colors: one a point, or none.
+        colors: one a point; none: all have the colour of the style.
         """
-        named = {rgba: self.color(rgba) for rgba in {rgba, *colors}}
+        named = {rgba: self.color(rgba) for rgba in {style.rgba, *colors}}
         marker = self.make(
             "visualization_msgs/msg/Marker",
             header=self.header(stamp_ns, frame),
-            ns=namespace,
+            ns=style.namespace,
             id=0,
-            type=kind,
+            type=style.kind,
             action=0,
             pose=self._empty_pose,
-            scale=self.vector(width_m, 0.0, 0.0),
-            color=named[rgba],
+            scale=self.vector(style.width_m, 0.0, 0.0),
+            color=named[style.rgba],
             lifetime=self.make("builtin_interfaces/msg/Duration", sec=0, nanosec=0),
             frame_locked=False,
             points=[self.point(float(x), float(y)) for x, y in points],

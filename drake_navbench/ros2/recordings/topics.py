@@ -6,7 +6,7 @@ docs/recordings.md is held against these tables by a test.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 
 class Topic(NamedTuple):
@@ -15,6 +15,10 @@ class Topic(NamedTuple):
     name: str
     type: str
     is_latched: bool = False
+
+
+# A message on its topic, with its stamp in ns.
+Message = tuple[Topic, int, Any]
 
 
 MAP_FRAME, ODOM_FRAME, BASE_FRAME, LIDAR_FRAME = "map", "odom", "base_link", "base_scan"

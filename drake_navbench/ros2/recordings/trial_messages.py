@@ -8,8 +8,7 @@ estimated pose that the controller got. The true pose is in /ground_truth/odom.
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
@@ -28,18 +27,16 @@ from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.log_columns import ODOMETRY_COLUMNS, UNREPEATABLE_COLUMNS
 from drake_navbench.logs.outcome import Outcome
 from drake_navbench.ros2.recordings import topics
+from drake_navbench.ros2.recordings.intention_messages import LINE_WIDTH_M, intentions
 from drake_navbench.ros2.recordings.messages import (
     LINE_LIST,
-    LINE_STRIP,
     NANOSECONDS_PER_SECOND,
+    LineStyle,
     MessageMaker,
-    Rgba,
 )
 from drake_navbench.ros2.recordings.occupancy import map_of_world, occupancy_from_costs
 from drake_navbench.ros2.recordings.robot_description import urdf_of
-from drake_navbench.ros2.recordings.topics import BASE_FRAME, MAP_FRAME, ODOM_FRAME, Topic
-
-Message = tuple[Topic, int, Any]
+from drake_navbench.ros2.recordings.topics import BASE_FRAME, MAP_FRAME, ODOM_FRAME, Message
 
 # Trials begin on 2024-01-01, as tools take a time of 0 for "not set". All begin alike, so that
 # equal logs give equal bags and two trials can be laid over each other.
@@ -51,17 +48,8 @@ GIVEN_AFTER_NS = 1_000_000
 MAP_MARGIN_M = 1.0
 TRUE_COLUMNS = ("x_m", "y_m", "yaw_rad")
 
-PREDICTED_RGBA: Rgba = (0.8, 0.1, 0.1, 1.0)
-OBSTACLE_RGBA: Rgba = (0.45, 0.47, 0.5, 1.0)
-MOVING_RGBA: Rgba = (0.8, 0.52, 0.2, 1.0)
-REFUSED_RGBA: Rgba = (0.9, 0.6, 0.58, 0.6)
-# The colours of the cheap, the middling and the costly third of the samples.
-SAMPLE_RGBAS: tuple[Rgba, ...] = (
-    (0.13, 0.4, 0.67, 1.0),
-    (0.45, 0.66, 0.82, 0.8),
-    (0.76, 0.82, 0.87, 0.6),
-)
-LINE_WIDTH_M, THIN_LINE_WIDTH_M = 0.03, 0.01
+STANDING = LineStyle("obstacles", LINE_LIST, LINE_WIDTH_M, (0.45, 0.47, 0.5, 1.0))
+MOVING = LineStyle("moving_obstacles", LINE_LIST, LINE_WIDTH_M, (0.8, 0.52, 0.2, 1.0))
 
 
 def stamp_ns(time_s: float) -> int:
@@ -138,20 +126,8 @@ class TrialMessages:
         yield topics.MAP, start, self._map()
         goal = self.log.info["scenario"]["goal"]
         yield topics.GOAL, start, make.pose_stamped(start, MAP_FRAME, goal)
-        edges = np.vstack([np.empty((0, 4)), *map(_edges, self.world.shapes)]).reshape(-1, 2)
-        yield (
-            topics.OBSTACLES,
-            start,
-            make.lines(
-                start,
-                self.world_frame,
-                edges,
-                kind=LINE_LIST,
-                width_m=LINE_WIDTH_M,
-                namespace="obstacles",
-                rgba=OBSTACLE_RGBA,
-            ),
-        )
+        edges = _edges(shape.outline for shape in self.world.shapes)
+        yield topics.OBSTACLES, start, make.lines(start, self.world_frame, edges, STANDING)
 
     def _as_json(self) -> str:
         """Returns the parts of a log that no message carries, as JSON: header, events, legs."""
@@ -290,7 +266,7 @@ class TrialMessages:
             if plain:
                 message = self.maker.diagnostics(now, "controller", hardware, plain)
                 yield topics.DIAGNOSTICS, now, message
-            yield from self._intentions(now, left)
+            yield from intentions(self.maker, now, self.intention_frame, left)
         for time_s, event in self.log.events:
             now = stamp_ns(time_s)
             message = self.maker.diagnostics(now, "navigator", hardware, event)
@@ -304,63 +280,12 @@ class TrialMessages:
         looks = look_times(self.log)
         for time_s, poses in zip(looks, movers.poses_at(looks), strict=True):
             now = stamp_ns(time_s)
-            corners = [
+            edges = _edges(
                 place_outline(outline, pose)
                 for outline, pose, own in zip(movers.outlines, poses, is_there(poses), strict=True)
                 if own
-            ]
-            message = self.maker.lines(
-                now,
-                self.world_frame,
-                np.vstack([np.empty((0, 4)), *map(_closed, corners)]).reshape(-1, 2),
-                kind=LINE_LIST,
-                width_m=LINE_WIDTH_M,
-                namespace="moving_obstacles",
-                rgba=MOVING_RGBA,
             )
-            yield topics.MOVING, now, message
-
-    def _intentions(self, now: int, left: Mapping[str, Any]) -> Iterator[Message]:
-        """Yields the trajectories among a controller's diagnostics."""
-        make = self.maker
-        if len(left.get("predicted_trajectory", ())):
-            points = np.asarray(left["predicted_trajectory"], dtype=float)[:, :2]
-            yield (
-                topics.PREDICTED,
-                now,
-                make.lines(
-                    now,
-                    self.intention_frame,
-                    points,
-                    kind=LINE_STRIP,
-                    width_m=LINE_WIDTH_M,
-                    namespace="predicted",
-                    rgba=PREDICTED_RGBA,
-                ),
-            )
-        if len(left.get("sampled_trajectories", ())):
-            points, colors = _sampled_lines(left)
-            yield (
-                topics.SAMPLED,
-                now,
-                make.lines(
-                    now,
-                    self.intention_frame,
-                    points,
-                    kind=LINE_LIST,
-                    width_m=THIN_LINE_WIDTH_M,
-                    namespace="sampled",
-                    rgba=SAMPLE_RGBAS[0],
-                    colors=colors,
-                ),
-            )
-        if len(left.get("carrot", ())):
-            x, y = np.asarray(left["carrot"], dtype=float)[:2].tolist()
-            header = make.header(now, self.intention_frame)
-            carrot = make.make(
-                "geometry_msgs/msg/PointStamped", header=header, point=make.point(x, y)
-            )
-            yield topics.LOOKAHEAD, now, carrot
+            yield topics.MOVING, now, self.maker.lines(now, self.world_frame, edges, MOVING)
 
 
 def _twist(row: Any, prefix: str = "") -> tuple[float, float, float]:
@@ -369,36 +294,11 @@ def _twist(row: Any, prefix: str = "") -> tuple[float, float, float]:
     return v, w, getattr(row, f"{prefix}vy_mps", 0.0)
 
 
-def _edges(shape: Any) -> Array:
-    return _closed(shape.outline)
-
-
-def _closed(outline: Array) -> Array:
-    """Returns the edges (K, 4) of an outline (K, 2), the last one back to the first corner."""
-    return np.hstack([outline, np.roll(outline, -1, axis=0)])
+def _edges(outlines: Iterable[Array]) -> Array:
+    """Returns the edges of closed outlines (K, 2) m as pairs of points (P, 2) m."""
+    closed = (np.hstack([outline, np.roll(outline, -1, axis=0)]) for outline in outlines)
+    return np.vstack([np.empty((0, 4)), *closed]).reshape(-1, 2)
 
 
 def _is_array(value: object) -> bool:
     return isinstance(value, list | np.ndarray)
-
-
-def _sampled_lines(left: Mapping[str, Any]) -> tuple[Array, list[Rgba]]:
-    """Returns sampled trajectories as (P, 2) pairs of points with a colour a point, by cost."""
-    trajectories = np.asarray(left["sampled_trajectories"], dtype=float)[:, :, :2]
-    costs = np.asarray(
-        [math.nan if cost is None else cost for cost in left.get("sampled_costs", ())], dtype=float
-    )
-    if len(costs) != len(trajectories):
-        costs = np.zeros(len(trajectories))
-    order = np.argsort(costs, kind="stable")
-    rank = np.empty(len(order), dtype=int)
-    rank[order] = np.arange(len(order))
-    accepted = max(int(np.isfinite(costs).sum()), 1)
-    pieces = np.stack([trajectories[:, :-1], trajectories[:, 1:]], axis=2)
-    points_each = 2 * (trajectories.shape[1] - 1)
-    colors: list[Rgba] = []
-    for index, cost in enumerate(costs):
-        third = min(len(SAMPLE_RGBAS) * rank[index] // accepted, len(SAMPLE_RGBAS) - 1)
-        rgba = SAMPLE_RGBAS[third] if math.isfinite(cost) else REFUSED_RGBA
-        colors += [rgba] * points_each
-    return pieces.reshape(-1, 2), colors

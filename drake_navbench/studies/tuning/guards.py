@@ -26,7 +26,7 @@ from drake_navbench.typed_files.typed_yaml import validate
 # The closed ways; the first one in which the robot has room to start is used. They have noise, so
 # that every seed differs.
 CLOSED_WAYS = ("restricted_small_noisy", "restricted_large_noisy")
-# The number of random worlds that a configuration drives which comes through the race.
+# The number of random worlds that each configuration drives that is left after the race.
 WORLDS_IN_SEARCH = 4
 # More worlds than anybody drives with one seed, so that no world is driven with two seeds.
 WORLDS_OF_A_SEED = 10**6
@@ -91,7 +91,7 @@ def touches_of(rows: Sequence[Mapping[str, Any]]) -> Counter[str]:
 
 
 def told(touches: Mapping[str, int]) -> str:
-    """Returns the touches by place in words: 'doorway (3 trials), random_world_7 (1 trial)'."""
+    """Returns the touches by scenario in words: 'doorway (3 trials), random_world_7 (1 trial)'."""
     return ", ".join(f"{name} ({counted(count, 'trial')})" for name, count in touches.items())
 
 

@@ -24,7 +24,11 @@ class BinaryFilterState(FilterState):
 
 
 class BinaryFilter(MaskFilter):
-    """A switch set by the mask. As in Nav2 it is off at first, whatever the default state."""
+    """A switch set by the mask.
+
+    It is off until its first update, as in Jazzy and Lyrical; other releases begin with the default
+    state.
+    """
 
     Kept: ClassVar[type[FilterState]] = BinaryFilterState
     AT_START = False

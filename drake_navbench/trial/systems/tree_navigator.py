@@ -39,6 +39,7 @@ from drake_navbench.trial.systems.ports import (
     read_object,
 )
 
+# The error code of a tree that fails while none of its actions has reported one.
 UNKNOWN = 9000
 # The time for which events are kept: longer than any recorder's period, so that none misses one, s.
 EVENT_MEMORY_S = 0.2
@@ -89,7 +90,7 @@ class TreeNavigator(LeafSystem):
     gives the servers the same inputs: the end of a task is noticed as soon as by Nav2's next tick,
     and a request between two ticks would take effect only with a server's next cycle. In the
     scenario dead_end every task begins and ends at the same time as with ticks of 10 ms, except
-    where a decision depends on rounding; it takes two thirds of the computing time.
+    where a decision depends on rounding, and a trial takes two thirds of the computing time.
 
     The py_trees tree held here is only a machine: a tick first sets it to the Context's snapshot.
     """

@@ -171,9 +171,9 @@ def _add_contact(
     within = CollisionFilterDeclaration().ExcludeWithin(balls)
     scene_graph.collision_filter_manager().Apply(within)
     # A box, as Drake warns that nothing soft can lie on a half space.
-    top_m = RigidTransform([0.0, 0.0, -0.5 * FLOOR_THICKNESS_M])
+    X_WF = RigidTransform([0.0, 0.0, -0.5 * FLOOR_THICKNESS_M])
     floor_box = Box(FLOOR_SIZE_M, FLOOR_SIZE_M, FLOOR_THICKNESS_M)
-    plant.RegisterCollisionGeometry(plant.world_body(), top_m, floor_box, "floor", properties)
+    plant.RegisterCollisionGeometry(plant.world_body(), X_WF, floor_box, "floor", properties)
 
 
 def _add_torques(
