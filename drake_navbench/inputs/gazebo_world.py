@@ -22,7 +22,8 @@ from drake_navbench.inputs.people import Person
 from drake_navbench.inputs.scenario import TIMEOUT_ON_MAPS_S, Scenario, Suite
 from drake_navbench.kernels.grid import Grid
 from drake_navbench.kernels.rasterize import mark_polygon
-from drake_navbench.navigation.costmaps.map_file import OCCUPIED, UNKNOWN, OccupancyMap
+from drake_navbench.navigation.costmaps.map_file import OccupancyMap
+from drake_navbench.navigation.costmaps.map_image import OCCUPIED, UNKNOWN
 from drake_navbench.typed_files.quantities import Pose
 from drake_navbench.typed_files.typed_yaml import validate
 

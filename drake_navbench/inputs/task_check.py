@@ -20,7 +20,7 @@ from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.kernels.rasterize import MASK_FULL
-from drake_navbench.navigation.costmaps.map_file import UNKNOWN
+from drake_navbench.navigation.costmaps.map_image import UNKNOWN
 from drake_navbench.navigation.costmaps.observation_layers import SensingParameters
 from drake_navbench.typed_files.quantities import Pose
 

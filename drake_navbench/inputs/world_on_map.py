@@ -13,7 +13,8 @@ from scipy import ndimage
 from drake_navbench.errors import InputWarning
 from drake_navbench.inputs.gazebo_world import GazeboWorld, occupancy_of
 from drake_navbench.kernels.arrays import Array
-from drake_navbench.navigation.costmaps.map_file import OCCUPIED, UNKNOWN, OccupancyMap, load_map
+from drake_navbench.navigation.costmaps.map_file import OccupancyMap, load_map
+from drake_navbench.navigation.costmaps.map_image import OCCUPIED, UNKNOWN
 
 # The largest distance of a map's occupied cell from the obstacle that it shows, m.
 NEAR_M = 0.3

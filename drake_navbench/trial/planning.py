@@ -21,7 +21,8 @@ from drake_navbench.navigation.costmaps.layered_costmap import (
     GridGeometry,
     LayeredCostmap,
 )
-from drake_navbench.navigation.costmaps.map_file import OCCUPIED, OccupancyMap
+from drake_navbench.navigation.costmaps.map_file import OccupancyMap
+from drake_navbench.navigation.costmaps.map_image import OCCUPIED
 from drake_navbench.navigation.planner import Planner
 from drake_navbench.navigation.planner_settings import make_planner
 from drake_navbench.navigation.smoother_settings import make_smoother

@@ -5,7 +5,8 @@ import pytest
 from PIL import Image
 
 from drake_navbench.errors import InputError, InputWarning
-from drake_navbench.navigation.costmaps.map_file import MapMode, load_map, occupancy_from_grey
+from drake_navbench.navigation.costmaps.map_file import load_map
+from drake_navbench.navigation.costmaps.map_image import MapMode, occupancy_from_grey
 
 FIELDS = {
     "image": "map.pgm",

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from drake_navbench.errors import InputError
-from drake_navbench.navigation.costmaps.map_file import MOVINGAI_RESOLUTION_M, OCCUPIED, load_map
+from drake_navbench.navigation.costmaps.map_file import MOVINGAI_RESOLUTION_M, load_map
+from drake_navbench.navigation.costmaps.map_image import OCCUPIED
 
 TEXT = """type octile
 height 3

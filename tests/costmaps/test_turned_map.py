@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from drake_navbench.errors import InputError, InputWarning
-from drake_navbench.navigation.costmaps.map_file import OCCUPIED, UNKNOWN, load_map
+from drake_navbench.navigation.costmaps.map_file import load_map
+from drake_navbench.navigation.costmaps.map_image import OCCUPIED, UNKNOWN
 from drake_navbench.navigation.costmaps.turned_map import turned_along_axes
 
 # Two columns and three rows, the lowest first.

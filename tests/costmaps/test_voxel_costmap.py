@@ -18,7 +18,8 @@ from drake_navbench.navigation.costmaps.layered_costmap import (
     LayeredCostmap,
     local_layers,
 )
-from drake_navbench.navigation.costmaps.map_file import OCCUPIED, OccupancyMap
+from drake_navbench.navigation.costmaps.map_file import OccupancyMap
+from drake_navbench.navigation.costmaps.map_image import OCCUPIED
 from drake_navbench.navigation.costmaps.observation_layers import VoxelLayerParameters
 from drake_navbench.navigation.costmaps.observation_source import ObservationSourceSettings
 from drake_navbench.navigation.costmaps.point_cloud import PointCloud

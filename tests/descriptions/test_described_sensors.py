@@ -90,6 +90,20 @@ def test_a_lidar_of_many_layers_upside_down_looks_down(tmp_path, rpy, pitch_rad,
     assert any(remark in row for status in Status for row in rows(path, status))
 
 
+@pytest.mark.parametrize(
+    ("samples", "reach_m", "is_lidar"), [(16, 1.0, True), (16, 0.9, False), (15, 1.0, False)]
+)
+def test_a_ray_sensor_of_few_beams_or_short_reach_is_no_lidar(tmp_path, samples, reach_m, is_lidar):
+    ray = (
+        f"<ray><scan><horizontal><samples>{samples}</samples></horizontal></scan>"
+        f"<range><max>{reach_m}</max></range></ray>"
+    )
+    path = urdf(tmp_path, link(BOX) + EYE.format(rpy="0 0 0") + sensor("ray", ray))
+    assert (load_robot(str(path)).lidar.beam_count == 16) == is_lidar
+    told = [row for row in rows(path, Status.NO_MEANING) if "eye (proximity)" in row]
+    assert bool(told) != is_lidar
+
+
 def test_two_lidars_of_a_kind_scan_together_and_of_two_kinds_the_first(tmp_path):
     path = write_repository(tmp_path)
     second = XACRO[XACRO.index('<gazebo reference="laser">') : XACRO.index("<gazebo><plugin")]

@@ -78,6 +78,14 @@ def test_wheels_that_roll_along_y_of_the_base_frame_are_told(tmp_path):
     )
 
 
+def test_more_than_two_wheels_may_be_mecanum_wheels_of_another_name(tmp_path):
+    pair = [wheel(side, y, CYLINDER.format(0.05)) for side, y in (("left", 0.2), ("right", -0.2))]
+    rear = [text.replace("_wheel", "_rear_wheel").replace("_joint", "_rear_joint") for text in pair]
+    for parts, may_be in ((pair, False), (pair + rear, True)):
+        found = drive(robot(tmp_path, *parts))
+        assert (found.kind, found.may_roll_sideways) == (DIFFERENTIAL, may_be)
+
+
 def test_the_acceleration_of_ros_1_s_plugin_is_that_of_its_wheels_rims(tmp_path):
     plugin = (
         '<gazebo><plugin filename="libgazebo_ros_diff_drive.so" name="d">'

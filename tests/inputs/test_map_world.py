@@ -17,7 +17,8 @@ from drake_navbench.inputs.map_world import occupied_boxes
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import load_scenario
 from drake_navbench.kernels.grid import FREE, LETHAL, NO_INFORMATION
-from drake_navbench.navigation.costmaps.map_file import OCCUPIED, UNKNOWN, OccupancyMap
+from drake_navbench.navigation.costmaps.map_file import OccupancyMap
+from drake_navbench.navigation.costmaps.map_image import OCCUPIED, UNKNOWN
 from drake_navbench.trial.planning import global_costmap, known_map
 
 BLACK, WHITE, GREY = 0, 254, 205

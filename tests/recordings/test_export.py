@@ -6,6 +6,8 @@ import json
 import math
 import re
 from collections import Counter
+from copy import deepcopy
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -145,6 +147,20 @@ def test_poses_and_twists_are_those_of_the_log(messages):
         assert [m.twist.twist.angular.z for m in told] == samples[twist[1]].tolist()
     estimate = of(messages, "/amcl_pose")
     assert [m.pose.pose.position.y for m in estimate] == samples["estimated_y_m"].tolist()
+
+
+def test_covariances_are_squares_of_the_robot_s_standard_deviations():
+    """In m and m/s 0.1 and 0.2, in rad and rad/s 0.3 and 0.4: x and v at 0, yaw and w at 35."""
+    log = short_trial()
+    log = replace(log, info=deepcopy(log.info))
+    log.info["robot"]["localization"] |= {
+        **{"xy_std_m": 0.1, "linear_velocity_std_mps": 0.2},
+        **{"yaw_std_rad": 0.3, "angular_velocity_std_radps": 0.4},
+    }
+    sent = {topic.name: message for topic, _, message in TrialMessages(log, MessageMaker())}
+    place, speed = sent["/amcl_pose"].pose.covariance, sent["/odom"].twist.covariance
+    assert (place[0], place[7], place[35]) == pytest.approx((0.01, 0.01, 0.09))
+    assert (speed[0], speed[35]) == pytest.approx((0.04, 0.16))
 
 
 def test_a_command_has_a_stamp_before_the_motion_that_it_causes(messages):

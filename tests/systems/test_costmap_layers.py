@@ -18,7 +18,8 @@ from drake_navbench.navigation.costmaps.costmap_settings import (
 )
 from drake_navbench.navigation.costmaps.filter_masks import FilterMask
 from drake_navbench.navigation.costmaps.layered_costmap import GridGeometry, LayeredCostmap
-from drake_navbench.navigation.costmaps.map_file import OCCUPIED, UNKNOWN, OccupancyMap
+from drake_navbench.navigation.costmaps.map_file import OccupancyMap
+from drake_navbench.navigation.costmaps.map_image import OCCUPIED, UNKNOWN
 from drake_navbench.navigation.task import ClearRequest
 from drake_navbench.trial.systems.costmap_system import CostmapSystem
 from drake_navbench.trial.systems.global_costmap import GlobalCostmap

@@ -15,7 +15,8 @@ from drake_navbench.navigation.costmaps.filter_masks import (
     Lattice,
     load_filter_mask,
 )
-from drake_navbench.navigation.costmaps.map_file import UNKNOWN, OccupancyMap
+from drake_navbench.navigation.costmaps.map_file import OccupancyMap
+from drake_navbench.navigation.costmaps.map_image import UNKNOWN
 from drake_navbench.trial.systems.binary_filter import BinaryFilter
 from drake_navbench.trial.systems.speed_filter import SpeedFilter
 

@@ -1,6 +1,5 @@
 """Reads maps: those of Nav2's map_server, a YAML file beside an image, and MovingAI's grids.
 
-Images are read by Pillow: PGM (P2 and P5), PNG, BMP and whatever else it knows, 8 bits a channel.
 Source: nav2_map_server (map_io).
 """
 
@@ -10,29 +9,28 @@ import os
 import re
 import warnings
 from dataclasses import dataclass
-from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 from pydantic import Field, field_validator
 
 from drake_navbench.errors import InputError, InputWarning, nearest_name_hint
 from drake_navbench.kernels.grid import Grid, cell_at
 from drake_navbench.kernels.immutable import Immutable
-from drake_navbench.navigation.costmaps.grid_size import MAX_GRID_CELLS, require_grid_size
+from drake_navbench.navigation.costmaps.map_image import (
+    MAX_GREY,
+    OCCUPIED,
+    UNKNOWN,
+    MapMode,
+    occupancy_from_grey,
+    read_image,
+)
 from drake_navbench.navigation.costmaps.movingai_map import SUFFIX as MOVINGAI_SUFFIX
 from drake_navbench.navigation.costmaps.movingai_map import read_movingai_map
 from drake_navbench.navigation.costmaps.turned_map import turned_along_axes
 from drake_navbench.typed_files.file_kinds import MAP, require_kind
-from drake_navbench.typed_files.input_file import (
-    LFS_POINTER,
-    other_case,
-    read_head,
-    require_fetched,
-)
 from drake_navbench.typed_files.quantities import MAX_LENGTH_M, Angle, CellSize, Length
 from drake_navbench.typed_files.typed_yaml import (
     FrozenModel,
@@ -43,35 +41,19 @@ from drake_navbench.typed_files.typed_yaml import (
 )
 from drake_navbench.typed_files.yaml_loader import DECIMAL
 
-UNKNOWN = -1
-OCCUPIED = 100
-OPAQUE = 255
-MAX_GREY = 255
 # The grey of unknown cells as map savers write it, and a free_thresh with which it stays unknown.
 SAVED_UNKNOWN, SAVED_FREE_THRESH = 205, 0.196
 # The occupancy, as a share, up to which mode scale leaves a cell as good as free.
 NEARLY_FREE = 0.01
 # A smaller share of such cells is not told: a drawing may have that grey by chance.
 LEAST_SHARE = 0.01
-# ImageMagick's weights of red, green and blue (Rec. 709), by which Nav2 makes colours grey.
-LUMA = np.array([0.212656, 0.715158, 0.072186])
 # No map of a robot's has wider cells, m.
 WIDE_CELL_M = 1.0
-GREY_MODES = ("1", "L", "LA")
-COLOUR_MODES = ("P", "PA", "RGB", "RGBA")
 IMAGE_SUFFIXES = (".pgm", ".png", ".bmp", ".jpg", ".jpeg", ".gif", ".tif", ".tiff")
 # The number of a wrong file's fields that its error names.
 MOST_FIELDS_NAMED = 3
 # MovingAI's maps do not tell how large a cell is: corridors of a few cells fit a small robot, m.
 MOVINGAI_RESOLUTION_M = 0.2
-
-
-class MapMode(StrEnum):
-    """The rule that turns grey into occupancy."""
-
-    TRINARY = "trinary"
-    SCALE = "scale"
-    RAW = "raw"
 
 
 class MapMetadata(FrozenModel):
@@ -281,7 +263,7 @@ def _image_occupancy(
     """
     if image.suffix == MOVINGAI_SUFFIX:
         return read_movingai_map(image, occupied=OCCUPIED)
-    grey, alpha = _read_image(image, named_by)
+    grey, alpha = read_image(image, named_by)
     occupancy = occupancy_from_grey(
         grey,
         alpha,
@@ -320,70 +302,3 @@ def _read_only(cells: NDArray[np.int8]) -> NDArray[np.int8]:
     cells = np.ascontiguousarray(cells)
     cells.flags.writeable = False
     return cells
-
-
-def occupancy_from_grey(
-    grey: NDArray[np.uint8],
-    alpha: NDArray[np.uint8],
-    *,
-    mode: MapMode,
-    negate: bool,
-    occupied_thresh: float,
-    free_thresh: float,
-) -> NDArray[np.int8]:
-    """Returns the occupancy of each pixel, int8, of the shape of `grey` and `alpha`.
-
-    With p = 1 - grey / 255, or grey / 255 where `negate`, in float32: p <= free_thresh is free (0),
-    else p >= occupied_thresh is occupied (100); a value between is unknown (-1), or in mode scale
-    round(100 (p - free_thresh) / (occupied_thresh - free_thresh)). Pixels that are not opaque are
-    unknown. In mode raw the grey value itself counts, unknown above 100.
-    """
-    if mode == MapMode.RAW:
-        return np.where(grey <= OCCUPIED, grey.astype(np.int16), UNKNOWN).astype(np.int8)
-    share = grey.astype(np.float32) / np.float32(MAX_GREY)
-    if not negate:
-        share = np.float32(1.0) - share
-    low, high = np.float32(free_thresh), np.float32(occupied_thresh)
-    occupancy = np.full(grey.shape, UNKNOWN, dtype=np.int8)
-    if mode == MapMode.SCALE:
-        between = (share > low) & (share < high)
-        scaled = (share[between] - low) / np.float32(occupied_thresh - free_thresh)
-        occupancy[between] = np.floor(scaled * np.float32(OCCUPIED) + np.float32(0.5))
-    occupancy[share >= high] = OCCUPIED
-    occupancy[share <= low] = 0
-    occupancy[alpha < OPAQUE] = UNKNOWN
-    return occupancy
-
-
-def _read_image(path: Path, named_by: str) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """Returns grey and alpha of an image, (rows, columns) uint8 each, top row first."""
-    if not path.is_file():
-        other = other_case(path)
-        hint = f"; {other.name} is there: write its name so" if other else ""
-        raise InputError(f"{named_by}: image: no such file, got {str(path)!r}{hint}")
-    require_fetched(path, read_head(path, len(LFS_POINTER)))
-    try:
-        # Pillow warns of images beyond a size that is refused here in any case.
-        bomb = Image.DecompressionBombWarning
-        with warnings.catch_warnings(action="error", category=bomb), Image.open(path) as image:
-            require_grid_size(f"{named_by}: image", *image.size)
-            if image.mode not in GREY_MODES + COLOUR_MODES:
-                raise InputError(
-                    f"{named_by}: image: expected 8 bits a channel, "
-                    f"got Pillow's mode {image.mode!r} in {str(path)!r}"
-                )
-            pixels = np.asarray(image.convert("LA" if image.mode in GREY_MODES else "RGBA"))
-    except (Image.DecompressionBombError, bomb) as error:
-        raise InputError(
-            f"{named_by}: image: more than {Image.MAX_IMAGE_PIXELS:.3g} pixels are too many, "
-            f"expected at most {MAX_GRID_CELLS:.3g}"
-        ) from error
-    # Pillow reports broken files by errors of all these types.
-    except (OSError, SyntaxError, ValueError) as error:
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise InputError(f"{named_by}: image: cannot be read: {reason}") from error
-    colour, alpha = pixels[..., :-1], pixels[..., -1]
-    if colour.shape[-1] == 1:
-        return colour[..., 0], alpha
-    # Row by row: as floats the whole image would take 24 times its size.
-    return np.stack([np.rint(row @ LUMA).astype(np.uint8) for row in colour]), alpha
