@@ -154,8 +154,10 @@ def test_covariances_are_squares_of_the_robot_s_standard_deviations():
     log = short_trial()
     log = replace(log, info=deepcopy(log.info))
     log.info["robot"]["localization"] |= {
-        **{"xy_std_m": 0.1, "linear_velocity_std_mps": 0.2},
-        **{"yaw_std_rad": 0.3, "angular_velocity_std_radps": 0.4},
+        "xy_std_m": 0.1,
+        "linear_velocity_std_mps": 0.2,
+        "yaw_std_rad": 0.3,
+        "angular_velocity_std_radps": 0.4,
     }
     sent = {topic.name: message for topic, _, message in TrialMessages(log, MessageMaker())}
     place, speed = sent["/amcl_pose"].pose.covariance, sent["/odom"].twist.covariance
