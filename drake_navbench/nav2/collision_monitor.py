@@ -10,7 +10,7 @@ from typing import Any
 
 from drake_navbench.inputs.check import Status
 from drake_navbench.nav2.node_reader import NodeReader
-from drake_navbench.nav2.outline import parse_points
+from drake_navbench.nav2.outline import are_corners, corners_of
 from drake_navbench.nav2.sensors import range_sensor_of
 from drake_navbench.navigation.monitor_shapes import (
     CollisionMonitorParameters,
@@ -37,6 +37,8 @@ DIRECTIONS = ("direction_start_angle", "direction_end_angle")
 ACTIONS_SINCE_IRON = ("limit", "none")
 # The name of the lidar among the monitor's sources in a robot file, which has it by default.
 (LIDAR,) = THE_SCAN
+# The least number of corners that Nav2 takes in a text.
+MIN_CORNERS = 4
 OTHER_SENSORS = ("pointcloud", "range", "polygon", "costmap")
 
 
@@ -204,16 +206,28 @@ def _shape(reader: NodeReader, name: str, sources: Fields) -> Fields | None:
         }
     elif kind == "polygon":
         values["points"] = None
-        if _has_corners(reader, name):
+        given = reader.node.get(f"{place}points")
+        if _has_corners(reader, name) and _is_wrong_text(given):
+            remark = f"expected '[[x, y], [x, y], ...]' with at least {MIN_CORNERS} corners, "
+            remark += f"got {str(given)[:60]!r}: not read, as in Nav2"
+            reader.note(Status.DOUBTFUL, f"{place}points", remark)
+        elif _has_corners(reader, name):
             values["points"] = _points(reader, f"{place}points")
-        elif reader.given(f"{place}points"):
+        elif given is not None:
             remark = f"{reader.release} does not read it; the robot's outline approaches"
             reader.note(Status.UNREAD, f"{place}points", remark)
         if values["points"] is None and values.get("action_type") != "approach":
-            remark = "left out; its corners come over a topic"
+            remark = "left out; it has no corners here, Nav2 waits for them on a topic"
             reader.note_block(Status.STAND_IN, name, remark)
             return None
     return {"type": kind, **reader.checked(model, {"type": kind, **values}, place)}
+
+
+def _is_wrong_text(points: Any) -> bool:
+    """Tells whether points are a text in which Nav2 finds no polygon."""
+    corners = corners_of(points)
+    is_polygon = are_corners(corners) and len(corners) >= MIN_CORNERS
+    return isinstance(points, str) and not is_polygon
 
 
 def _own_sources(reader: NodeReader, name: str, sources: Fields) -> list[str]:
@@ -248,10 +262,10 @@ def _points(reader: NodeReader, name: str) -> list[list[float]] | None:
     given = reader.value(name)
     if given is None:
         return None
-    corners = parse_points(given) if isinstance(given, str) else given
+    corners = corners_of(given)
     is_flat = isinstance(corners, list) and all(isinstance(v, int | float) for v in corners)
     if is_flat and len(corners) % 2 == 0:
-        if not isinstance(given, str) and _takes_text(reader.release):
+        if _takes_text(reader.release):
             # Both forms are taken: the file may not tell its release, which then counts as the
             # newest.
             remark = f"a list of numbers, as up to iron, where {reader.release} takes a text"

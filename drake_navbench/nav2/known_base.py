@@ -9,7 +9,7 @@ from drake_navbench.inputs.known_base import KnownBase
 from drake_navbench.nav2.controllers import SERVER
 from drake_navbench.nav2.costmaps import GLOBAL_COSTMAP, LOCAL_COSTMAP
 from drake_navbench.nav2.loadable import AMCL
-from drake_navbench.nav2.outline import are_corners, parse_points
+from drake_navbench.nav2.outline import corners_of, is_footprint
 from drake_navbench.nav2.parameters import Node, nodes_called, read_parameter_file
 
 
@@ -57,8 +57,7 @@ def _scans_of(node: Node) -> Iterator[str]:
 def _outline_in(node: Node) -> KnownBase | None:
     """Returns the outline in a costmap's parameters; None where there is none, or a wrong one."""
     given, radius_m = node.get("footprint"), node.get("robot_radius")
-    corners = parse_points(given) if isinstance(given, str) else given
-    if are_corners(corners) and len(corners) >= 3:
-        return KnownBase(footprint=tuple((float(x), float(y)) for x, y in corners))
+    if is_footprint(given):
+        return KnownBase(footprint=tuple((float(x), float(y)) for x, y in corners_of(given)))
     is_number = isinstance(radius_m, int | float) and not isinstance(radius_m, bool)
     return KnownBase(radius_m=float(radius_m)) if is_number and radius_m > 0.0 else None

@@ -96,7 +96,7 @@ def _footprint(reader: NodeReader) -> list[list[float]] | None:
     given = reader.value("footprint")
     if given is None or given in NO_FOOTPRINT:
         return None
-    corners = _corners(given)
+    corners = corners_of(given)
     if isinstance(given, list):
         remark = "a list; Nav2 takes text only, '[[x, y], ...]'"
         reader.note(Status.OTHER_FORM, "footprint", remark)
@@ -115,11 +115,11 @@ def _footprint(reader: NodeReader) -> list[list[float]] | None:
 
 def is_footprint(given: Any) -> bool:
     """Returns whether a value of `footprint` has at least three corners that can be read."""
-    corners = _corners(given)
+    corners = corners_of(given)
     return are_corners(corners) and len(corners) >= 3
 
 
-def _corners(given: Any) -> Any:
+def corners_of(given: Any) -> Any:
     """Returns the corners that a list gives, or a text; None for a text that Nav2 cannot read."""
     return parse_points(given) if isinstance(given, str) else given
 

@@ -92,6 +92,19 @@ def test_since_jazzy_corners_are_a_text_and_a_list_is_told(read_as, release):
     assert corners(NUMBERS) == ((0.5, 0.4), Status.OTHER_FORM)
 
 
+@pytest.mark.parametrize("points", ["'[[1, 0], [0, 1], [-1, 0]]'", '"[[1, 0],\\n[0, 1]]"'])
+def test_in_a_text_of_less_than_four_corners_nav2_finds_no_polygon(read_as, points):
+    """What approaches is the robot then; what stops it waits for corners on a topic."""
+    for action, shapes in (("stop", None), ("approach", [None])):
+        setup = read_as(
+            "lyrical", "collision_monitor", ZONE % ("polygon", action, f"points: {points}")
+        )
+        monitor = setup.robot.navigation.collision_monitor
+        assert (monitor and [zone.points for zone in monitor.polygons.values()]) == shapes
+    row = row_of(setup, "Z.points")
+    assert (row.status, "at least 4 corners" in row.remark) == (Status.DOUBTFUL, True)
+
+
 def test_what_approaches_in_humble_is_the_robot_whatever_its_corners(read_as):
     def points(release):
         text = ZONE % ("polygon", "approach", f"points: {NUMBERS}")
