@@ -20,7 +20,7 @@ from drake_navbench.studio.page import Page
 from drake_navbench.studio.parameter_fields import ParameterField
 from drake_navbench.studio.parameter_form import ParameterForm
 from drake_navbench.studio.scene_items import items_of
-from drake_navbench.studio.style import WIDE, every, fill, html, lines, styled
+from drake_navbench.studio.style import WIDE, fill, html, lines, styled
 from drake_navbench.studio.trial_pictures import TrialPictures, metrics_table
 
 REFRESH_MS = 700
@@ -52,7 +52,7 @@ class DrivePage(Page):
         self._show_column()
         self._show_trials()
         self._watch()
-        every(document, REFRESH_MS, self._watch)
+        document.add_periodic_callback(self._watch, REFRESH_MS)
 
     def _make_widgets(self) -> None:
         desk = self._desk

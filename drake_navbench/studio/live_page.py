@@ -27,7 +27,6 @@ from drake_navbench.studio.scene_items import bounds_of, items_of
 from drake_navbench.studio.style import (
     MapView,
     coordinates,
-    every,
     fill,
     html,
     image_at,
@@ -77,7 +76,7 @@ class LivePage(Page):
         )
         side = Column(self._trial, self._rows, sizing_mode="stretch_width", spacing=8)
         fill(document, "live", str(desk.folder.root), main=main, side=side)
-        every(document, FRAME_MS, self._tick)
+        document.add_periodic_callback(self._tick, FRAME_MS)
         if self._trial.options:
             self._trial.value = self._trial.options[0][0]
 

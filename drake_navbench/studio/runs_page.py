@@ -13,7 +13,7 @@ from markupsafe import Markup
 from drake_navbench.studio.desk import Desk
 from drake_navbench.studio.page import Page
 from drake_navbench.studio.run_states import RunState, run_states
-from drake_navbench.studio.style import card, every, fill, lines, styled
+from drake_navbench.studio.style import card, fill, lines, styled
 
 REFRESH_MS = 1500
 MAX_SHOWN = 40
@@ -37,7 +37,7 @@ class RunsPage(Page):
         main = Column(self._line, self._list, sizing_mode="stretch_width")
         self._refresh()
         fill(document, "runs", str(desk.folder.root), main=main)
-        every(document, REFRESH_MS, self._refresh)
+        document.add_periodic_callback(self._refresh, REFRESH_MS)
 
     def _refresh(self) -> None:
         states = run_states(self._desk.folder)[:MAX_SHOWN]

@@ -23,7 +23,7 @@ from drake_navbench.studio.mouse import Place
 from drake_navbench.studio.open_scenario import WORLD_SUFFIXES, files_of
 from drake_navbench.studio.page import Page
 from drake_navbench.studio.scene_items import Item, item_at, items_of
-from drake_navbench.studio.style import WIDE, every, fill, html, lines, styled
+from drake_navbench.studio.style import WIDE, fill, html, lines, styled
 from drake_navbench.studio.tool_box import ToolBox
 from drake_navbench.typed_files.typed_yaml import parse_yaml
 from drake_navbench.typed_files.yaml_loader import dump_yaml
@@ -61,7 +61,7 @@ class ScenarioPage(Page):
             ),
         )
         self._opened()
-        every(document, REFRESH_MS, self._watch)
+        document.add_periodic_callback(self._watch, REFRESH_MS)
 
     def _make_widgets(self) -> None:
         desk = self._desk

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from importlib.resources import files
 from typing import Any
 
@@ -127,11 +127,6 @@ def fill(document: Document, page: str, folder: str, *, main: UIElement, side: A
         if root is not None:
             root.name = name
             document.add_root(root)
-
-
-def every(document: Document, milliseconds: int, function: Callable[[], None]) -> None:
-    """Calls a function again and again while the page is open."""
-    document.add_periodic_callback(function, milliseconds)
 
 
 def coordinates(lines: Iterable[Any]) -> dict[str, list[Any]]:

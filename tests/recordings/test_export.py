@@ -165,6 +165,17 @@ def test_covariances_are_squares_of_the_robot_s_standard_deviations():
     assert (speed[0], speed[35]) == pytest.approx((0.04, 0.16))
 
 
+def test_a_compute_time_is_told_of_every_cycle_and_another_scalar_where_it_changes():
+    log = short_trial()
+    steady = {"compute_time_ms": 2.0, "clearance_m": 0.5}
+    log = replace(log, samples=log.samples.assign(**steady))
+    told = Counter(topic.name for topic, *_ in TrialMessages(log, MessageMaker()))
+    cycles = log.samples["cycle_count"].nunique()
+    assert cycles > 1
+    assert told["/drake_navbench/compute_time_ms"] == cycles
+    assert told["/drake_navbench/clearance_m"] == 1
+
+
 def test_a_command_has_a_stamp_before_the_motion_that_it_causes(messages):
     """The first sample that shows it shows the base move already: it was given 0.02 s before."""
     samples = short_trial().samples

@@ -162,7 +162,13 @@ class PointwiseCritic(Critic):
     """Base of the critics that look at one trajectory at a time.
 
     In a cycle: `begin` once, `add` for every chunk, `finish` once.
+
+    is_mean, is_integral: whether the cost is the mean of the terms over the horizon's steps, or
+    their integral over time; else it is their sum.
     """
+
+    is_mean: ClassVar[bool] = False
+    is_integral: ClassVar[bool] = False
 
     def begin(self, scene: Scene, blocks: int) -> Any:
         """Returns the data that `add` needs for `blocks` blocks; None: the critic is inactive."""
@@ -174,6 +180,10 @@ class PointwiseCritic(Critic):
 
     def finish(self, cycle: Any, costs: Float32Array) -> bool:
         """Turns the batch's raw terms (B,) into costs in place; returns the fail flag."""
+        if self.is_mean:
+            costs /= F32(self.context.time_steps)
+        if self.is_integral:
+            costs *= F32(self.context.model_dt)
         weigh(costs, F32(self.parameters.cost_weight), self.parameters.cost_power)
         return False
 

@@ -14,7 +14,7 @@ from drake_navbench.controllers.mppi.critics.base import (
     TermParameters,
     Trajectories,
 )
-from drake_navbench.controllers.mppi.critics.batch import Float32Array, Scene
+from drake_navbench.controllers.mppi.critics.batch import Scene
 from drake_navbench.controllers.mppi.float32_math import F32, PI, wrap32
 from drake_navbench.controllers.mppi.lanes import LANES, Lanes
 from drake_navbench.typed_files.quantities import Length, Number
@@ -35,6 +35,7 @@ class GoalCritic(PointwiseCritic):
     """Mean distance to the goal, the last point of the local plan, where that is near."""
 
     Parameters: ClassVar[type[CriticParameters]] = GoalParameters
+    is_mean = True
 
     def begin(self, scene: Scene, blocks: int) -> tuple[Any, ...] | None:
         if scene.way_left > F32(self.parameters.threshold_to_consider):
@@ -46,10 +47,6 @@ class GoalCritic(PointwiseCritic):
     ) -> None:
         goal_x, goal_y = cycle
         add_distances(chunk.x, chunk.y, goal_x, goal_y, sums)
-
-    def finish(self, cycle: tuple[Any, ...], costs: Float32Array) -> bool:
-        costs /= F32(self.context.time_steps)
-        return super().finish(cycle, costs)
 
 
 @njit(cache=True)
@@ -88,6 +85,7 @@ class GoalAngleCritic(PointwiseCritic):
     """
 
     Parameters: ClassVar[type[CriticParameters]] = GoalAngleParameters
+    is_mean = True
 
     def begin(self, scene: Scene, blocks: int) -> tuple[Any, ...] | None:
         if scene.way_left > F32(self.parameters.threshold_to_consider):
@@ -99,10 +97,6 @@ class GoalAngleCritic(PointwiseCritic):
     ) -> None:
         (goal_yaw,) = cycle
         add_yaw_errors(chunk.yaw, goal_yaw, self.parameters.symmetric_yaw_tolerance, sums)
-
-    def finish(self, cycle: tuple[Any, ...], costs: Float32Array) -> bool:
-        costs /= F32(self.context.time_steps)
-        return super().finish(cycle, costs)
 
 
 @njit(cache=True)

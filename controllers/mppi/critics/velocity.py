@@ -15,7 +15,7 @@ from drake_navbench.controllers.mppi.critics.base import (
     TermParameters,
     Trajectories,
 )
-from drake_navbench.controllers.mppi.critics.batch import Float32Array, Scene
+from drake_navbench.controllers.mppi.critics.batch import Scene
 from drake_navbench.controllers.mppi.float32_math import F32, ZERO
 from drake_navbench.controllers.mppi.lanes import LANES, Lanes
 from drake_navbench.controllers.mppi.motion_models import MotionModel
@@ -38,6 +38,7 @@ class ConstraintCritic(PointwiseCritic):
     """Velocity outside the limits, integrated over time; a speed limit does not count."""
 
     Parameters: ClassVar[type[CriticParameters]] = ConstraintParameters
+    is_integral = True
 
     @classmethod
     def of_release(cls, release: Rules) -> type[Critic]:
@@ -57,10 +58,6 @@ class ConstraintCritic(PointwiseCritic):
             add_excess(chunk.vy, -vy_max, vy_max, sums)
         if self.context.motion_model is MotionModel.ACKERMANN:
             add_tight_turns(chunk.vx, chunk.wz, (min_turning_r, _LEAST_TURN_RATE, False), sums)
-
-    def finish(self, cycle: tuple[Any, ...], costs: Float32Array) -> bool:
-        costs *= F32(self.context.model_dt)
-        return super().finish(cycle, costs)
 
 
 class SpeedConstraintCritic(ConstraintCritic):
@@ -138,6 +135,7 @@ class PreferForwardCritic(PointwiseCritic):
     """Distance driven backward, while the goal is far."""
 
     Parameters: ClassVar[type[CriticParameters]] = PreferForwardParameters
+    is_integral = True
 
     def begin(self, scene: Scene, blocks: int) -> tuple[Any, ...] | None:
         near = scene.way_left < F32(self.parameters.threshold_to_consider)
@@ -147,10 +145,6 @@ class PreferForwardCritic(PointwiseCritic):
         self, cycle: tuple[Any, ...], chunk: Trajectories, sums: Lanes, *, first_block: int
     ) -> None:
         add_excess(chunk.vx, ZERO, F32(np.inf), sums)
-
-    def finish(self, cycle: tuple[Any, ...], costs: Float32Array) -> bool:
-        costs *= F32(self.context.model_dt)
-        return super().finish(cycle, costs)
 
 
 class TwirlingParameters(TermParameters):
@@ -163,6 +157,7 @@ class TwirlingCritic(PointwiseCritic):
     """Mean |wz|, while the goal tolerance is not reached."""
 
     Parameters: ClassVar[type[CriticParameters]] = TwirlingParameters
+    is_mean = True
 
     def begin(self, scene: Scene, blocks: int) -> tuple[Any, ...] | None:
         return None if float(scene.way_left) < scene.goal_xy_tolerance_m else ()
@@ -171,10 +166,6 @@ class TwirlingCritic(PointwiseCritic):
         self, cycle: tuple[Any, ...], chunk: Trajectories, sums: Lanes, *, first_block: int
     ) -> None:
         add_excess(chunk.wz, ZERO, ZERO, sums)
-
-    def finish(self, cycle: tuple[Any, ...], costs: Float32Array) -> bool:
-        costs /= F32(self.context.time_steps)
-        return super().finish(cycle, costs)
 
 
 class VelocityDeadbandParameters(TermParameters):
@@ -195,6 +186,7 @@ class VelocityDeadbandCritic(PointwiseCritic):
     """Velocities too small for the drives to follow, integrated over time."""
 
     Parameters: ClassVar[type[CriticParameters]] = VelocityDeadbandParameters
+    is_integral = True
 
     def begin(self, scene: Scene, blocks: int) -> tuple[Any, ...]:
         return tuple(F32(abs(v)) for v in self.parameters.deadband_velocities)
@@ -207,10 +199,6 @@ class VelocityDeadbandCritic(PointwiseCritic):
         if self.context.holonomic:
             add_shortfall(chunk.vy, vy, sums)
         add_shortfall(chunk.wz, wz, sums)
-
-    def finish(self, cycle: tuple[Any, ...], costs: Float32Array) -> bool:
-        costs *= F32(self.context.model_dt)
-        return super().finish(cycle, costs)
 
 
 @njit(cache=True)
