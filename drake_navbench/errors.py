@@ -113,15 +113,15 @@ def nearest_name_hint(
     return f"; known: {listed}" if known else ""
 
 
-def printable(text: str) -> str:
-    """Returns a text as one line that a terminal shows as it is, cut where it is too long.
+def printable(text: str, most: int = MAX_LINE_LENGTH) -> str:
+    """Returns a text as one line that a terminal shows as it is, of `most` characters at most.
 
     What is not printable, such as the codes that move a cursor, becomes its escape ('\\x1b').
     """
-    text = text[: MAX_LINE_LENGTH + 1]
+    text = text[: most + 1]
     if not text.isprintable():
         text = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
-    return text if len(text) <= MAX_LINE_LENGTH else f"{text[: MAX_LINE_LENGTH - 3]}..."
+    return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
 def as_line(text: str) -> str:

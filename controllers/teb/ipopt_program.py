@@ -40,15 +40,13 @@ class SolverSettings(NamedTuple):
     The defaults stop about 1 % above the minimum, with the constraints met to 1e-4. That distance
     is the barrier's, which is never lowered; a smaller barrier also drives harder on the
     acceleration limits, with twice the jerk in free space. newton_iterations: iterations of
-    Newton's method before IPOPT, at most; where it does not converge, stages follow. is_confirmed:
-    IPOPT confirms every band; otherwise it only gets those on which Newton's method fails.
+    Newton's method before IPOPT, at most; where it does not converge, stages follow.
     """
 
     tolerance: float = 0.3
     violation_tolerance: float = 1e-4
     barrier_start: float = 1e-3
     newton_iterations: int = 50
-    is_confirmed: bool = True
 
 
 class IpoptProgram:

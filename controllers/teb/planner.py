@@ -57,8 +57,8 @@ class Task(NamedTuple):
 class PlannedBand(NamedTuple):
     """An optimised band and how it came about.
 
-    accepted: it obeys the limits. given_up_m: min_obstacle_dist less the clearance at its narrowest
-    place, besides the slack. newton: the result of Newton's method.
+    accepted: it obeys the limits. given_up_m: the clearance, of min_obstacle_dist, that it need not
+    keep at its narrowest place; the slack comes on top. newton: the result of Newton's method.
     """
 
     band: Band
@@ -105,7 +105,6 @@ class BandPlanner:
     def __init__(self, parameters: TebParameters, discs: Array) -> None:
         self._discs = discs
         self._turning_radius = parameters.min_turning_radius
-        self._settings = SolverSettings(is_confirmed=parameters.solver == "ipopt")
         self._programs: dict[tuple[int, bool], BandProgram] = {}
         self._weights = Weights(
             time=parameters.weight_optimaltime,
@@ -190,7 +189,7 @@ class BandPlanner:
             program = BandProgram(
                 interval_count,
                 len(self._discs),
-                settings=self._settings,
+                settings=SolverSettings(),
                 is_car=self._turning_radius > 0.0,
                 meets_moving=meets_moving,
             )

@@ -106,24 +106,6 @@ class BandProgram:
         self._settings = settings
         self._ipopt: IpoptProgram | None = None
 
-    def solve(
-        self,
-        guess: Array,
-        *,
-        scene: BandScene,
-        weights: Weights,
-        limits: BandLimits,
-        iterations: int,
-    ) -> BandSolution:
-        """Solves from the guess (N,): by Newton's method, and from there by IPOPT.
-
-        IPOPT takes `iterations` at most; where Newton's method fails it has the guess itself.
-        """
-        newton = self.run_newton(guess, scene=scene, weights=weights, limits=limits)
-        if newton.descent.converged and not self._settings.is_confirmed:
-            return self.unconfirmed(newton)
-        return self.confirm(newton, iterations)
-
     def run_newton(
         self, guess: Array, *, scene: BandScene, weights: Weights, limits: BandLimits
     ) -> NewtonResult:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, as_line
 from drake_navbench.inputs.goal_poses import FoundPose, checked, is_numbers, number_of, shown
 
 # The ellipsoid of WGS 84: its equatorial radius, m, and the square of its eccentricity.
@@ -34,12 +34,16 @@ def datum_in(value: Mapping[Any, Any], where: str) -> Datum | None:
         return None
     numbers = value[DATUM]
     if not (isinstance(numbers, list) and len(numbers) in (2, 3) and is_numbers(numbers)):
-        raise InputError(f"{shown(where)}: {DATUM}: expected [latitude, longitude], in degrees")
+        raise InputError(
+            f"{shown(where)}: {DATUM}: expected [latitude, longitude], in degrees, got "
+            f"{as_line(str(numbers))}"
+        )
     latitude, longitude, *turn = (float(number_of(one) or 0.0) for one in numbers)
     if turn and turn[0] != 0.0:
         raise InputError(
             f"{shown(where)}: {DATUM}: a heading of {turn[0]:g}; expected 0, x to the east"
         )
+    checked(FoundPose(longitude, latitude, is_on_earth=True), f"{shown(where)}: {DATUM}")
     return Datum(latitude, longitude)
 
 

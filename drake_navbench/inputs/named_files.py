@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -77,7 +78,10 @@ def _instead(path: Path) -> str:
     """Returns the error for a path that is no YAML file: its kind, and the expected kind."""
     if path.is_dir():
         suffixes = (*YAML_SUFFIXES, ".sdf", ".urdf")
-        files = sorted(file.name for file in path.iterdir() if file.suffix in suffixes)
+        files = []
+        # A folder that may not be listed is told as any other.
+        with suppress(OSError):
+            files = sorted(file.name for file in path.iterdir() if file.suffix in suffixes)
         named = f", such as {', '.join(files[:MAX_NAMED])} in it" if files else ""
         return f"is a folder; expected a file{named} (a robot's repository is given by --package)"
     if path.suffix in WORLDS:

@@ -8,11 +8,12 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, printable
 from drake_navbench.logs.results import ResultsFolder
 
 TAGS = "tags"
-MAX_SHOWN = 60
+# The most characters of a line on a results folder.
+MOST_SHOWN = 120
 
 
 class Run(NamedTuple):
@@ -46,18 +47,15 @@ def run_of(path: Path) -> Run:
         return Run(path.name, "", (), f"cannot be read: {error}", "")
     scenarios, columns = manifest.get("scenarios", []), manifest.get("controllers", [])
     trials = len(list(path.glob("trials/*/*/trial_*.parquet")))
+    told = f"{trials} trial{'s' * (trials != 1)}"
     where = f"{len(scenarios)} scenarios" if len(scenarios) > 3 else ", ".join(scenarios)
     return Run(
         path.name,
         str(manifest.get("created", "")),
         tags_of(path),
-        _shortened(f"{', '.join(columns)} in {where}; {trials} trial{'s' * (trials != 1)}"),
+        printable(f"{', '.join(columns)} in {where}; {told}", MOST_SHOWN),
         str(manifest.get("verdict", "")),
     )
-
-
-def _shortened(text: str) -> str:
-    return text if len(text) <= 2 * MAX_SHOWN else f"{text[: 2 * MAX_SHOWN - 3]}..."
 
 
 def tags_path(path: Path) -> Path:

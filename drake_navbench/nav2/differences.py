@@ -183,7 +183,7 @@ def _wrapped(text: str, indent: str = "      ") -> list[str]:
 def _shown(value: Any) -> str:
     text = str(value) if isinstance(value, str) else repr(value)
     text = {"True": "true", "False": "false"}.get(text, text)
-    return text if len(text) <= MAX_SHOWN else f"{text[: MAX_SHOWN - 3]}..."
+    return printable(text, MAX_SHOWN)
 
 
 def _is_same(first: Any, second: Any) -> bool:

@@ -127,21 +127,23 @@ class NodeReader:
         """Returns a parameter that must be a number."""
         found = self.value(name, default)
         if isinstance(found, bool) or not isinstance(found, int | float):
-            raise self.fault(name, f"expected a number, got {_shortened(found)}")
+            raise self.fault(name, f"expected a number, got {printable(repr(found), MAX_SHOWN)}")
         return found
 
     def text(self, name: str, default: str = "") -> str:
         """Returns a parameter that must be text."""
         found = self.value(name, default)
         if not isinstance(found, str):
-            raise self.fault(name, f"expected text, got {_shortened(found)}")
+            raise self.fault(name, f"expected text, got {printable(repr(found), MAX_SHOWN)}")
         return found
 
     def flag(self, name: str, default: bool) -> bool:
         """Returns a parameter that must be true or false."""
         found = self.value(name, default)
         if not isinstance(found, bool):
-            raise self.fault(name, f"expected true or false, got {_shortened(found)}")
+            raise self.fault(
+                name, f"expected true or false, got {printable(repr(found), MAX_SHOWN)}"
+            )
         return found
 
     def names(self, name: str, default: Iterable[str]) -> list[str]:
@@ -150,7 +152,9 @@ class NodeReader:
         if isinstance(found, str):
             found = [found]
         if not isinstance(found, list) or not all(isinstance(entry, str) for entry in found):
-            raise self.fault(name, f"expected a list of names, got {_shortened(found)}")
+            raise self.fault(
+                name, f"expected a list of names, got {printable(repr(found), MAX_SHOWN)}"
+            )
         for entry in found:
             if found.count(entry) > 1:
                 raise self.fault(name, f"{entry!r} is listed twice, expected once")
@@ -163,7 +167,9 @@ class NodeReader:
         if found is None:
             raise self.fault(listed_in, f"{plugin!r} is listed, but {name} is missing")
         if not isinstance(found, str):
-            raise self.fault(name, f"expected a plugin type, got {_shortened(found)}")
+            raise self.fault(
+                name, f"expected a plugin type, got {printable(repr(found), MAX_SHOWN)}"
+            )
         return found.replace("/", "::")
 
     def fault(self, name: str, text: str) -> InputError:
@@ -257,7 +263,7 @@ class NodeReader:
                 self.note(Status.OTHER_FORM, name, f"{whole:g}, where Nav2 takes integers only")
                 continue
             message = fault["msg"].removeprefix("Value error, ")
-            shown = f", got {_shortened(whole)}" if location else ""
+            shown = f", got {printable(repr(whole), MAX_SHOWN)}" if location else ""
             raise self.fault(name, message[:1].lower() + message[1:] + shown)
 
     def finish(self, without_meaning: Collection[str] = ()) -> None:
@@ -329,8 +335,3 @@ def _nested_model(model: type[BaseModel], field: str) -> type[BaseModel] | None:
     annotation: Any = model.model_fields[field].annotation
     is_model = isinstance(annotation, type) and issubclass(annotation, BaseModel)
     return annotation if is_model else None
-
-
-def _shortened(value: Any) -> str:
-    text = printable(repr(value))
-    return text if len(text) <= MAX_SHOWN else f"{text[: MAX_SHOWN - 3]}..."

@@ -19,7 +19,7 @@ from pydantic import (
 )
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from drake_navbench.errors import InputError, nearest_name_hint, one_line
+from drake_navbench.errors import InputError, nearest_name_hint, one_line, printable
 from drake_navbench.typed_files.input_file import MEGABYTE, read_input_text
 from drake_navbench.typed_files.yaml_loader import line_of, load_yaml
 
@@ -263,7 +263,7 @@ def _describe(fault: Mapping[str, Any], model: type[BaseModel], source: str) -> 
         return f"{source}: {message}"
     if _tells(message, fault["input"]):
         return f"{source}: {field}: {message}"
-    return f"{source}: {field}: {message}, got {_shortened(fault['input'])}"
+    return f"{source}: {field}: {message}, got {printable(repr(fault['input']), MOST_SHOWN)}"
 
 
 def _fault_of_kind(fault: Mapping[str, Any]) -> tuple[str, str] | None:
@@ -288,11 +288,6 @@ def _dotted(location: Location) -> str:
     for part in location:
         text += f"[{part}]" if isinstance(part, int) else f".{part}"
     return text.lstrip(".")
-
-
-def _shortened(value: Any, limit: int = 60) -> str:
-    text = repr(value)
-    return text if len(text) <= limit else text[: limit - 3] + "..."
 
 
 def _field_names(model: type[BaseModel], location: Location) -> list[str]:

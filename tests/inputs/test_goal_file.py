@@ -153,6 +153,14 @@ REFUSED = {
         "datum: [48.0, 11.0, 1.57]\nwaypoints: [{lat: 48, lon: 10.1}]",
         "north.yaml: datum: a heading of 1.57; expected 0, x to the east",
     ),
+    "shanghai.yaml": (
+        "datum: [121.47, 31.23]\nwaypoints: [{lat: 31.23, lon: 121.48}]",
+        "shanghai.yaml: datum: latitude 121.47, longitude 31.23; expected -90 to 90",
+    ),
+    "tokyo.yaml": (
+        "datum: here\nwaypoints: [{lat: 35.7, lon: 139.7}]",
+        "tokyo.yaml: datum: expected [latitude, longitude], in degrees, got here",
+    ),
     "text.yaml": (
         "waypoints: [{x: 1, y: 2}, {x: left, y: 2}]",
         "text.yaml: waypoints[1].x: got 'left'; expected a number, in m",

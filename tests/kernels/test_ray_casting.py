@@ -124,28 +124,17 @@ def test_no_beam_slips_through_a_corner(x, y):
 
 @settings(deadline=None)
 @given(seed=st.integers(0, 50), x=coordinates, y=coordinates)
-def test_hit_lies_on_what_was_hit(seed, x, y):
+def test_a_hit_lies_on_what_was_hit_and_nothing_before_it(seed, x, y):
     segments, circles = random_world(seed)
-    angles = np.linspace(-3.0, 3.0, 50)
+    start, angles = np.array([x, y]), np.linspace(-3.0, 3.0, 50)
     ranges = cast([x, y], angles, segments=segments, circles=circles)
     for angle, distance in zip(angles, ranges, strict=True):
+        ahead = np.array([math.cos(angle), math.sin(angle)])
         if math.isfinite(distance):
-            hit = np.array([x + distance * math.cos(angle), y + distance * math.sin(angle)])
-            assert distance_to_nearest(hit, segments, circles) < 1e-6
-
-
-@settings(deadline=None)
-@given(seed=st.integers(0, 50), x=coordinates, y=coordinates)
-def test_nothing_lies_before_the_hit(seed, x, y):
-    segments, circles = random_world(seed)
-    angles = np.linspace(-3.0, 3.0, 50)
-    ranges = cast([x, y], angles, segments=segments, circles=circles)
-    for angle, distance in zip(angles, ranges, strict=True):
-        end = np.array([x, y]) + min(distance * (1 - 1e-6), 20.0) * np.array(
-            [math.cos(angle), math.sin(angle)]
-        )
+            assert distance_to_nearest(start + distance * ahead, segments, circles) < 1e-6
+        end = start + min(distance * (1 - 1e-6), 20.0) * ahead
         for segment in segments:
-            assert not crosses(np.array([x, y]), end, segment)
+            assert not crosses(start, end, segment)
 
 
 @settings(deadline=None)

@@ -10,10 +10,13 @@ from typing import Any
 from pydantic import ConfigDict, Field
 
 from drake_navbench.campaign.request import MAX_TRIALS
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, printable
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.processes.version import __version__
 from drake_navbench.typed_files.typed_yaml import FrozenModel, validate
+
+# The most characters of a value in an error.
+MOST_SHOWN = 120
 
 
 class TuningTask(FrozenModel):
@@ -71,12 +74,8 @@ def require_same_task(task: TuningTask, begun: dict[str, Any], where: str) -> No
         )
     for name, value in task.model_dump(mode="json").items():
         if begun.get(name) != value:
+            before, got = (printable(json.dumps(v), MOST_SHOWN) for v in (begun.get(name), value))
             raise InputError(
-                f"{where}: a study of another task, {name} was {_shown(begun.get(name))}; expected "
-                f"that or a new --out, got {_shown(value)}"
+                f"{where}: a study of another task, {name} was {before}; expected that or a new "
+                f"--out, got {got}"
             )
-
-
-def _shown(value: Any) -> str:
-    text = json.dumps(value)
-    return text if len(text) <= 120 else f"{text[:117]}..."

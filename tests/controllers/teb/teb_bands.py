@@ -8,7 +8,7 @@ from drake_navbench.controllers.teb.band import Pace
 from drake_navbench.controllers.teb.constraints import BandScene
 from drake_navbench.controllers.teb.layout import pack_band
 from drake_navbench.controllers.teb.objective import Weights
-from drake_navbench.controllers.teb.program import BandLimits
+from drake_navbench.controllers.teb.program import BandLimits, BandProgram, BandSolution
 from drake_navbench.kernels.distance_field import DistanceField
 from drake_navbench.kernels.grid import FREE, LETHAL, Costmap
 from drake_navbench.kernels.read_only import read_only
@@ -95,6 +95,26 @@ def make_scene(
         via_points=np.empty((0, 2)),
         via_poses=np.empty(0, dtype=np.int64),
     )
+
+
+def solved(
+    program: BandProgram,
+    guess,
+    scene,
+    *,
+    iterations,
+    weights=WEIGHTS,
+    limits=LIMITS,
+    is_confirmed=True,
+) -> BandSolution:
+    """Returns IPOPT's solution from where Newton's method ends on a guess (N,).
+
+    is_confirmed: False spares IPOPT what Newton's method solves.
+    """
+    newton = program.run_newton(guess, scene=scene, weights=weights, limits=limits)
+    if newton.descent.converged and not is_confirmed:
+        return program.unconfirmed(newton)
+    return program.confirm(newton, iterations)
 
 
 def of_size(scene: BandScene, interval_count: int) -> BandScene:

@@ -8,7 +8,16 @@ import pytest
 from controller_scenes import make_setup, observe
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from teb_bands import LIMITS, PACE, WEIGHTS, make_scene, numeric_jacobian, of_size, random_band
+from teb_bands import (
+    LIMITS,
+    PACE,
+    WEIGHTS,
+    make_scene,
+    numeric_jacobian,
+    of_size,
+    random_band,
+    solved,
+)
 from teb_closed_loop import plan_from_elements, window
 
 from drake_navbench.controllers.teb import TimedElasticBand
@@ -151,17 +160,12 @@ def test_a_band_keeps_off_where_a_thing_will_be_and_drives_through_where_it_is()
     count = len(guess.time_steps)
     scene = of_size(scene._replace(goal=guess.poses[-1].copy()), count)
 
-    def solved(velocity):
+    def kept(velocity):
         track = disc_track(1.8, 0.05, 0.3, velocity)
         met = meeting(scene, guess.poses, guess.time_steps, track)
         program = BandProgram(count, 2, settings=SolverSettings(), meets_moving=True)
-        solution = program.solve(
-            pack_band(guess.poses, guess.time_steps, 0.0),
-            scene=met,
-            weights=WEIGHTS,
-            limits=LIMITS,
-            iterations=200,
-        )
+        z = pack_band(guess.poses, guess.time_steps, 0.0)
+        solution = solved(program, z, met, iterations=200)
         assert solution.violation < 1e-3
         times = np.cumsum(guess.time_steps)[:-1]
         gaps = [
@@ -174,10 +178,10 @@ def test_a_band_keeps_off_where_a_thing_will_be_and_drives_through_where_it_is()
         ]
         return solution, min(gaps) - 0.3 - 0.3
 
-    going, gap = solved((0.0, 0.6))
+    going, gap = kept((0.0, 0.6))
     assert np.abs(going.poses[:, 1]).max() < 0.1
     assert gap > LIMITS.clearance
-    staying, gap = solved((0.0, 0.0))
+    staying, gap = kept((0.0, 0.0))
     assert np.abs(staying.poses[:, 1]).max() > 0.5
     assert gap > LIMITS.clearance - staying.slack - 0.03
 

@@ -12,6 +12,7 @@ from teb_bands import (
     of_size,
     random_problem,
     round_obstacles_field,
+    solved,
 )
 
 from drake_navbench.controllers.teb import ipopt_program
@@ -34,13 +35,9 @@ def solve(scene, path=None, *, weights=WEIGHTS, limits=LIMITS, settings=PRECISE,
     count = len(guess.time_steps)
     scene = of_size(scene._replace(goal=guess.poses[-1].copy()), count)
     program = BandProgram(count, len(scene.discs), settings=settings)
-    solution = program.solve(
-        pack_band(guess.poses, guess.time_steps, 0.0),
-        scene=scene,
-        weights=weights,
-        limits=limits,
-        iterations=iterations or ENOUGH_ITERATIONS,
-    )
+    z = pack_band(guess.poses, guess.time_steps, 0.0)
+    iterations = iterations or ENOUGH_ITERATIONS
+    solution = solved(program, z, scene, weights=weights, limits=limits, iterations=iterations)
     z = pack_band(solution.poses, solution.time_steps, solution.slack)
     return solution, band_constraints(z, count, scene)[0]
 
@@ -176,7 +173,7 @@ def test_a_program_forgets_its_last_solve():
 
     def run(program, scene):
         scene = of_size(scene, count)
-        return program.solve(z, scene=scene, weights=WEIGHTS, limits=LIMITS, iterations=20)
+        return solved(program, z, scene, iterations=20)
 
     used = BandProgram(count, 2, settings=SolverSettings())
     run(used, far)
@@ -189,12 +186,6 @@ def test_an_impossible_start_is_reported_as_violated():
     program = BandProgram(3, 2, settings=SolverSettings())
     poses = np.column_stack([np.linspace(0, 10, 4), np.zeros(4), np.zeros(4)])
     scene = of_size(make_scene(poses[0], poses[-1]), 3)
-    solution = program.solve(
-        pack_band(poses, np.ones(3), 0.0),
-        scene=scene,
-        weights=WEIGHTS,
-        limits=LIMITS,
-        iterations=50,
-    )
+    solution = solved(program, pack_band(poses, np.ones(3), 0.0), scene, iterations=50)
     assert not math.isnan(solution.violation)
     assert solution.violation > 0.1
