@@ -86,7 +86,10 @@ def test_a_lidar_of_many_layers_upside_down_looks_down(tmp_path, rpy, pitch_rad,
         "</samples><min_angle>-0.1</min_angle><max_angle>0.9</max_angle></vertical></scan></lidar>"
     )
     path = urdf(tmp_path, link(BOX) + EYE.format(rpy=rpy) + sensor("gpu_lidar", ray))
-    assert load_robot(str(path)).depth_sensors["eye"].pitch_rad == pytest.approx(pitch_rad)
+    found = load_robot(str(path)).depth_sensors["eye"]
+    assert found.pitch_rad == pytest.approx(pitch_rad)
+    # Without angles, as here, it sees all around.
+    assert found.horizontal_fov_rad == pytest.approx(2.0 * math.pi)
     assert any(remark in row for status in Status for row in rows(path, status))
 
 

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from nav2_setups import read_nav2_files
 
+from drake_navbench.controller import AskedSpeeds
 from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.robot import load_robot
+from drake_navbench.nav2.body import drive_for
 
 FILE = """
 local_costmap:
@@ -84,3 +86,14 @@ def test_a_footprint_whose_edge_the_base_frame_lies_on_is_made_larger(tmp_path):
     assert "the base frame's origin is no point inside it" in row.remark
     assert setup.robot.outline.min(axis=0) == pytest.approx([-0.01, -0.2])
     assert setup.robot.outline.max(axis=0) == pytest.approx([0.2, 0.2])
+
+
+def test_the_base_drives_as_the_fastest_controller_of_a_file_needs():
+    """One controller drives sideways, another ahead only, as fast as the base."""
+    base = load_robot("wheelchair")
+    needed = [AskedSpeeds(max_lateral_mps=0.3), AskedSpeeds(max_linear_mps=0.9)]
+    for order in (needed, needed[::-1]):
+        fields, remarks = drive_for({}, order, base, "wheelchair")
+        assert fields["max_lateral_velocity_mps"] == 0.3
+        assert fields["max_linear_velocity_mps"] == 0.9
+        assert remarks["type"].startswith("omnidirectional, as a controller drives sideways")
