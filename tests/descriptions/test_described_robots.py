@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 import shapely
 from descriptions_scenes import BOX, XACRO, collision, link, rows, urdf, write_repository
@@ -9,6 +10,8 @@ from descriptions_scenes import BOX, XACRO, collision, link, rows, urdf, write_r
 from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.described_robot import describe_robot
+from drake_navbench.inputs.descriptions.body import shape_points
+from drake_navbench.inputs.descriptions.model import Shape
 from drake_navbench.inputs.robot import load_robot
 
 
@@ -23,6 +26,26 @@ def test_lidar_drive_mass_and_wheels_are_those_of_the_model(tmp_path):
     assert robot.drive.max_linear_velocity_mps == 0.4
     assert robot.drive.max_linear_acceleration_mps2 == 1.5
     assert robot.mass_kg == pytest.approx(22.0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "size", "lowest", "highest"),
+    [
+        ("box", (0.6, 0.4, 0.2), (-0.3, -0.2, -0.1), (0.3, 0.2, 0.1)),
+        ("cylinder", (0.1, 0.4), (-0.1, -0.1, -0.2), (0.1, 0.1, 0.2)),
+        ("cone", (0.1, 0.4), (-0.1, -0.1, -0.2), (0.1, 0.1, 0.2)),
+        ("sphere", (0.1,), (-0.1, -0.1, -0.1), (0.1, 0.1, 0.1)),
+        ("ellipsoid", (0.1, 0.2, 0.3), (-0.1, -0.2, -0.3), (0.1, 0.2, 0.3)),
+        ("capsule", (0.1, 0.4), (-0.1, -0.1, -0.3), (0.1, 0.1, 0.3)),
+        ("polyline", (0.4,), (0.0, 0.0, 0.0), (1.0, 2.0, 0.4)),
+    ],
+)
+def test_a_shape_reaches_as_far_as_its_size_says(kind, size, lowest, highest):
+    """A polyline stands on its corners; the other shapes have their middle at the origin."""
+    corners = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 2.0]])
+    points = shape_points(Shape(kind, np.eye(4), size, corners))
+    assert points.min(axis=0) == pytest.approx(lowest)
+    assert points.max(axis=0) == pytest.approx(highest)
 
 
 CONTROLLERS = """
