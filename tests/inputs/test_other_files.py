@@ -45,6 +45,15 @@ def test_an_image_of_another_machines_path_is_taken_from_beside_the_map(in_folde
         assert load_map("place.yaml").occupancy.shape == (3, 4)
 
 
+def test_a_folder_that_may_not_be_listed_is_told_as_a_folder(in_folder, monkeypatch):
+    def refuse(path):
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, "iterdir", refuse)
+    with pytest.raises(InputError, match=r"is a folder; expected a file \("):
+        load_robot(str(in_folder))
+
+
 @pytest.mark.parametrize("name", ["lab.world", "lab.sdf"])
 def test_a_simulators_world_is_no_scenario(in_folder, name):
     Path(name).write_text("<sdf version='1.6'/>")
