@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from nav2_texts import of_each, row_of
 
@@ -103,6 +105,16 @@ def test_in_a_text_of_less_than_four_corners_nav2_finds_no_polygon(read_as, poin
         assert (monitor and [zone.points for zone in monitor.polygons.values()]) == shapes
     row = row_of(setup, "Z.points")
     assert (row.status, "at least 4 corners" in row.remark) == (Status.DOUBTFUL, True)
+
+
+@pytest.mark.parametrize(("holonomic", "start_rad"), [("true", -0.5), ("false", -math.pi)])
+def test_directions_are_read_of_a_holonomic_velocity_polygon_only(read_as, holonomic, start_rad):
+    part = f"{{points: {CORNERS}, linear_min: 0.0, linear_max: 1.0, theta_min: -1.0, theta_max: 1.0"
+    part += ", direction_start_angle: -0.5, direction_end_angle: 0.5}"
+    more = f"holonomic: {holonomic}, velocity_polygons: [ahead], ahead: {part}"
+    setup = read_as("lyrical", "collision_monitor", ZONE % ("velocity_polygon", "stop", more))
+    zone = setup.robot.navigation.collision_monitor.polygons["Z"].velocity_polygons["ahead"]
+    assert zone.direction_start_angle == pytest.approx(start_rad)
 
 
 def test_what_approaches_in_humble_is_the_robot_whatever_its_corners(read_as):
