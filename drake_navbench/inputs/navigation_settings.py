@@ -64,8 +64,8 @@ class ControllerServerSettings(FrozenModel):
 
     nav2_release: Release = Field(
         NEWEST_RELEASE,
-        description="Nav2 release whose order of a cycle applies: Humble, Iron and Kilted test the "
-        "goal after the progress and the command, Jazzy and Lyrical before.",
+        description="Nav2 release whose order of a cycle applies: Jazzy and Lyrical test the goal "
+        "first, the others after progress and command.",
     )
     controller_frequency: Frequency = Field(20.0, description="Rate of the control cycles [Hz].")
     failure_tolerance: Annotated[
