@@ -40,7 +40,7 @@ module. `make docs` makes this page from the metrics' docstrings.
 """
 # Sentences below the headings of some themes.
 NOTES = {
-    "published": "As Schena 2024 defines them, with their weaknesses: of v and w as commanded, and of"
+    "published": "As Schena 2024 defines them, with weaknesses: of v and w as commanded, and of"
     " one sample every 0.115 s.",
     "compute": "Compute times differ from run to run.",
 }
