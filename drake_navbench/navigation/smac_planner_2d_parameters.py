@@ -14,7 +14,7 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 
 class GridSmootherParameters(RelaxationParameters):
-    """Parameters `smoother.*` of SmacPlanner2D, with Nav2's names and defaults."""
+    """Parameters `smoother.*` of SmacPlanner2D."""
 
     max_iterations: Count = Field(
         1000,
@@ -51,7 +51,7 @@ class SmacSearchParameters(FrozenModel):
 
 
 class SmacPlanner2DParameters(SmacSearchParameters):
-    """Parameters of SmacPlanner2D with Nav2's names and defaults, then our own switches."""
+    """Parameters of SmacPlanner2D, then our own switches."""
 
     plugin: Literal["nav2_smac_planner::SmacPlanner2D"] = "nav2_smac_planner::SmacPlanner2D"
     nav2_release: Release = Field(
@@ -90,9 +90,8 @@ class SmacPlanner2DParameters(SmacSearchParameters):
     use_exact_end_points: bool = Field(
         True,
         description="Ours: before smoothing the path is moved to the exact start and goal, their "
-        "offsets within the cell blended along it; Nav2: it starts at the cell, and "
-        "the goal replaces its last position after smoothing (up to Kilted it ends at "
-        "a cell).",
+        "offsets blended along it; Nav2: it starts at the cell, and the goal replaces "
+        "its last position (up to Kilted it ends at a cell).",
     )
     allow_corner_cutting: bool = Field(
         False, description="Let diagonal steps pass between two blocked cells; Nav2: true."

@@ -43,8 +43,8 @@ navigation:
     inflation_layer: {inflation_radius: 0.9}
 ```
 
-- "As in Nav2": name, meaning and unit are those of Nav2's configuration guide. Such fields of a
-  block share a row: `a.b`: `c` (`1`), `d` (`2`) are `a.b.c` and `a.b.d`.
+- "As in Nav2": see Nav2's configuration guide. Such fields of a block share a row: `a.b`: `c`
+  (`1`), `d` (`2`) are `a.b.c` and `a.b.d`.
 - "Ours: ...; Nav2: ...": the default does the first, the other value the second.
 - A row `type: ...` or `plugin: ...` begins the fields of that kind; rows above it apply to all.
 - "Fields of X", "as in X: ...": these rows of X apply, with their defaults."""

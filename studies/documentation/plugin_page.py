@@ -30,7 +30,6 @@ These tables hold every plugin of Humble to Lyrical.
 - **how equal**: the largest difference from Nav2's C++, both given the same input (commands in m/s
   and rad/s, positions in m); empty: the counterpart follows Nav2's source and its tests.
 
-1,658 default values of 37 plugins and servers are those of the sources, release by release.
 `make docs` makes this page of [nav2_plugins.yaml](nav2_plugins.yaml).
 """
 
