@@ -40,8 +40,8 @@ module. `make docs` makes this page from the metrics' docstrings.
 """
 # Sentences below the headings of some themes.
 NOTES = {
-    "published": "As Schena 2024 defines them, with weaknesses: of v and w as commanded, and of"
-    " one sample every 0.115 s.",
+    "published": "Defined as in Schena 2024, weaknesses included. v and w are commands; samples are"
+    " 0.115 s apart.",
     "compute": "Compute times differ from run to run.",
 }
 CHECKS = """\
