@@ -195,7 +195,7 @@ class CollisionMonitorParameters(QuietModel):
     observation_sources: dict[str, MonitorSource] = Field(
         default_factory=lambda: dict(THE_SCAN),
         min_length=1,
-        description="Names of the observation sources, in order.",
+        description="Observation sources, in order.",
     )
 
     @model_validator(mode="after")

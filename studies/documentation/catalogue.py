@@ -35,8 +35,8 @@ drake-navbench run empty --controllers rpp --metric my.py:my_metric
   2023), SEAN 2.0 (Tsoi et al. 2022), SocNavBench (Biswas et al. 2022), TAGA (Roy and Rahman, arXiv
   2503.21168v3).
 
-A package offers metrics by an entry point of the group `drake_navbench.metrics` that names their
-module. `make docs` makes this page from the metrics' docstrings.
+A package offers metrics by an entry point in `drake_navbench.metrics` that names their module.
+`make docs` makes this page from the metrics' docstrings.
 """
 # Sentences below the headings of some themes.
 NOTES = {

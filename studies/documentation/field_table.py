@@ -33,9 +33,8 @@ your choice. A row `type: ...` begins the fields of that kind; rows above it app
 NAVIGATION_INTRODUCTION = """\
 # Fields of a robot file: navigation
 
-Look up here the fields of the block `navigation` of a [robot file](robots.md), under Nav2's names
-([how they work](navigation.md)). Example: `inflation_radius` (`0.55`) of the local costmap's
-inflation layer is written
+The fields of the block `navigation` of a [robot file](robots.md), under Nav2's names ([how they
+work](navigation.md)). Example: `inflation_radius` (`0.55`) of the local costmap's inflation layer:
 
 ```yaml
 navigation:
@@ -46,8 +45,8 @@ navigation:
 - "As in Nav2": see Nav2's configuration guide. Such fields of a block share a row: `a.b`: `c`
   (`1`), `d` (`2`) are `a.b.c` and `a.b.d`.
 - "Ours: ...; Nav2: ...": the default does the first, the other value the second.
-- A row `type: ...` or `plugin: ...` begins the fields of that kind; rows above it apply to all.
-- "Fields of X", "as in X: ...": these rows of X apply, with their defaults."""
+- A row `type: ...` or `plugin: ...` begins the fields of that kind; rows above apply to all.
+- "Fields of X", "as in X: ...": these rows of X apply."""
 # What the page of robots says of the block that has a page of its own.
 NAVIGATION_LINK = "The navigation stack around the controller: [its fields](robot_navigation.md)."
 # Fields that the loader sets.
