@@ -21,8 +21,8 @@ from drake_navbench.logs.text_tables import markdown_table
 # The most seeds that a line names; the results folder has all of them.
 MOST_SEEDS = 20
 PROMISE = (
-    f"Corrected over everything that is judged: where nothing but noise differs, any change at all "
-    f"is reported in at most {ALARM_RATE:.0%} of comparisons "
+    f"Corrected over everything that is judged: if only noise differs, at most {ALARM_RATE:.0%} of "
+    f"comparisons report any change "
     f"({', '.join(f'{family} {rate:.0%}' for family, rate in ALARM_RATES.items())})."
 )
 

@@ -297,7 +297,8 @@ def _require_equal_inputs(entries: Sequence[Entry]) -> None:
             other, first = known.setdefault(name, (digest, entry))
             if other != digest:
                 raise InputError(
-                    f"{entry.folder.path}: inputs/{name}: differs from that of {first.folder.path}"
+                    f"{entry.folder.path}: inputs/{name}: expected the file that "
+                    f"{first.folder.path} has; they differ"
                 )
 
 

@@ -34,7 +34,7 @@ PADDING_RATIO = 4
 def lateral_acceleration_max_mps2(log: TrialLog) -> float:
     """Largest true lateral acceleration of the reference point.
 
-    Formula: max |v w|; for a robot that moves sideways max |v w + dvy/dt|, fitted over 0.3 s.
+    Formula: max |v w|; with vy max |v w + dvy/dt|, fitted over 0.3 s.
     """
     if not lateral_velocity(log).any():
         return np.abs(column(log, "v_mps") * column(log, "w_radps")).max()
@@ -66,9 +66,9 @@ def gulati_kuipers_discomfort_s(log: TrialLog) -> float:
     """Discomfort of a wheelchair's passenger: duration plus squared jerks.
 
     Formula: T + w_T integral j_t^2 dt + w_N integral j_n^2 dt with j_t = d2v/dt2 - v w^2, j_n = 2 w
-    dv/dt + v dw/dt (of a robot that moves sideways the jerk along and across its heading), both
-    weights 1 s^6/m^2 (our choice: the original scales them).
-    Source: Gulati, PhD thesis, University of Texas at Austin, 2011.
+    dv/dt + v dw/dt (with vy the jerk along and across the heading), both weights 1 s^6/m^2 (our
+    choice: the original scales them).
+    Source: Gulati, PhD thesis, UT Austin, 2011.
     """
     signal = motion(log)
     v, w = signal.smooth_v_mps, signal.smooth_w_radps
@@ -86,9 +86,9 @@ def gulati_kuipers_discomfort_s(log: TrialLog) -> float:
 def iso_2631_av_mps2(log: TrialLog) -> float:
     """Frequency-weighted r.m.s. acceleration in the plane of the seat; says nothing of vibration.
 
-    Formula: a_v = sqrt(a_wx^2 + a_wy^2), each the r.m.s. of the acceleration weighted with W_d, k =
-    1; a_x = dv/dt - vy w, a_y = dvy/dt + v w at the reference point. Below
-    0.4 Hz (slow braking, long bends) W_d lets little through.
+    Formula: a_v = sqrt(a_wx^2 + a_wy^2), each the r.m.s. of the acceleration at the reference point
+    weighted with W_d, k = 1; a_x = dv/dt - vy w, a_y = dvy/dt + v w. W_d lets little through below
+    0.4 Hz (slow braking, long bends).
     Source: ISO 2631-1:1997, 6 and annex A.
     """
     signal = motion(log)

@@ -32,7 +32,7 @@ def cycle_times_ms(log: TrialLog, measure: str = "compute_time_ms") -> Array:
 def compute_time_p50_ms(log: TrialLog) -> float:
     """Median compute time of a control cycle.
 
-    Formula: 50th percentile over the cycles.
+    Formula: 50th percentile.
     """
     return np.percentile(cycle_times_ms(log), 50)
 
@@ -56,7 +56,7 @@ def compute_time_p95_ms(log: TrialLog) -> float:
 def compute_time_p99_ms(log: TrialLog) -> float:
     """Compute time that 99 of 100 control cycles do not exceed.
 
-    Formula: 99th percentile over the cycles.
+    Formula: 99th percentile.
     """
     return np.percentile(cycle_times_ms(log), 99)
 

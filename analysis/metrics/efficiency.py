@@ -48,7 +48,7 @@ AIR_DENSITY_KGPM3 = 1.2
 def time_to_goal_s(log: TrialLog) -> float:
     """Time from the start of the task until the goal was reached; successful trials only.
 
-    Formula: end - start. No value for a trial that failed, however early it gave up.
+    Formula: end - start.
     """
     _require_success(log)
     return duration_s(log)
@@ -76,8 +76,8 @@ def driven_length_m(log: TrialLog) -> float:
 def path_efficiency_ratio(log: TrialLog) -> float:
     """Straightness of the driven path: 1 on a straight line, 2/pi on half a circle.
 
-    Formula: |p(end) - p(start)| / driven length; with waypoints the sum of these straight distances
-    over the legs / driven length.
+    Formula: |p(end) - p(start)| / driven length; with waypoints the straight distances of all legs
+    are added.
     """
     length_m = driven_length(log)
     if length_m == 0.0:
@@ -89,8 +89,8 @@ def path_efficiency_ratio(log: TrialLog) -> float:
 def goal_traversal_ratio(log: TrialLog) -> float:
     """Share of the straight way to the goal that remained at the end.
 
-    Formula: |p(end) - goal| / |p(start) - goal|; with waypoints both are the straight way through
-    all goals that are left, from the end and from the start.
+    Formula: |p(end) - goal| / |p(start) - goal|; with waypoints straight ways through all goals
+    left.
     Source: SocNavBench.
     """
     require(log, "goal")
@@ -105,7 +105,7 @@ def spl(log: TrialLog) -> float:
     """Success weighted by path length; 0 for a trial that failed.
 
     Formula: success L*/max(L, L*), L the driven length, L* the length of the first plan. A missed
-    waypoint is no success. A trial that drives less than L*, within the goal's tolerance, scores 1.
+    waypoint is no success. A trial that stops short of the goal, within its tolerance, scores 1.
     Source: Anderson et al. 2018.
     """
     if not reached_every_goal(log):
@@ -118,11 +118,10 @@ def spl(log: TrialLog) -> float:
 def barn_score(log: TrialLog) -> float:
     """Score of the BARN challenge; 0 for a trial that failed, at most 0.5.
 
-    Formula: success OT / clip(AT, 2 OT, 8 OT), OT = L*/(2 m/s) with success and L* as in spl, AT
-    the time from the first 0.1 m of motion to the goal. In BARN's own worlds L* is the length of
-    the reference path, and success and AT are those of the first arrival within 1 m of the goal;
-    elsewhere L* is the first plan's, up to a fifth longer. A robot limited to 0.5 m/s scores about
-    0.25.
+    Formula: success OT / clip(AT, 2 OT, 8 OT), OT = L*/(2 m/s), success and L* as in spl, AT the
+    time from the first 0.1 m of motion to the goal. In BARN's worlds L* is the length of the
+    reference path (the first plan is up to a fifth longer), and the first arrival within 1 m of the
+    goal counts. A robot limited to 0.5 m/s scores about 0.25.
     Source: The BARN Challenge, rule since 2024-02.
     """
     arrival_s = _arrival_time_s(log)
@@ -182,7 +181,7 @@ def stopped_time_s(log: TrialLog) -> float:
 def lift_time_s(log: TrialLog) -> float:
     """Time that the robot waited for lifts and rode in them, in missions over several floors.
 
-    Formula: sum over the rides of the time from the request to the arrival, or to giving up.
+    Formula: sum over the rides of the time from request to arrival or giving up.
     """
     if "mission" not in log.info:
         raise Undefined("the task is on one floor")
@@ -195,8 +194,8 @@ def mechanical_energy_j(log: TrialLog) -> float:
 
     Formula: integral max(0, m a v + I dw/dt w + c m g |v| + 0.5 rho A |v|^3) dt with m, c and A of
     the robot file (`mass_kg`, `rolling_resistance_ratio`, `drag_area_m2`), I of a uniform box
-    around the outline or of a disc, rho = 1.2 kg/m^3; a robot that moves sideways has the same
-    terms in vy. Without losses of motors and mecanum wheels.
+    around the outline or of a disc, rho = 1.2 kg/m^3; with vy the same terms sideways. Losses of
+    motors and mecanum wheels are left out.
     """
     signal = motion(log)
     return float(np.trapezoid(spent_power_w(signal, body_of(log)), dx=signal.period_s))

@@ -45,8 +45,8 @@ def min_clearance_m(log: TrialLog) -> float:
     """Smallest distance between the robot's footprint and an obstacle.
 
     Formula: minimum over the trial, to 0.1 mm, of the distance in the plane, up to 5 m, also
-    between samples (on the cubic through poses and velocities); 0 in a trial that ended at a touch.
-    Of a recording without obstacles only the samples count.
+    between samples (on the cubic through poses and velocities; not of a recording without
+    obstacles); 0 in a trial that ended at a touch.
     """
     return least_clearance_m(log, _clearances_m(log).min())
 
@@ -55,8 +55,8 @@ def min_clearance_m(log: TrialLog) -> float:
 def min_cell_centre_distance_m(log: TrialLog) -> float:
     """Smallest distance from the reference point to the centre of a lethal cell.
 
-    Formula: minimum over the samples of the log. The published distance, to a cell's lower left
-    corner, depends on the side on which the obstacle stands; this one does not.
+    Formula: minimum over the samples of the log. Unlike the published distance, it does not depend
+    on the side on which the obstacle stands.
     """
     distances = column(log, "obstacle_cell_distance_m")
     seen = distances[np.isfinite(distances)]
@@ -69,8 +69,8 @@ def min_cell_centre_distance_m(log: TrialLog) -> float:
 def min_scan_clearance_m(log: TrialLog) -> float:
     """Smallest distance between footprint and a point that the lidar hit, for recordings too.
 
-    Formula: minimum over all hits of all scans, without those on the robot itself, of the exact
-    distance in the plane, up to 5 m. What no scan sees does not count.
+    Formula: minimum over all hits but those on the robot itself of the distance in the plane, up to
+    5 m.
     """
     require(log, "scan")
     if not log.scans:
@@ -85,8 +85,7 @@ def min_scan_clearance_m(log: TrialLog) -> float:
 def min_map_clearance_m(log: TrialLog) -> float:
     """Smallest distance between footprint and obstacles on the map, for recordings too.
 
-    Formula: minimum, every 0.1 s, of the exact distance in the plane, up to 5 m, at the localized
-    pose. Obstacles that are not on the map do not count.
+    Formula: minimum, every 0.1 s, of the distance in the plane, up to 5 m, at the localized pose.
     """
     require(log, "map")
     world = World(tuple(shape for shape in shapes_of(log) if shape.known_to_planner))
@@ -111,7 +110,7 @@ def min_map_clearance_m(log: TrialLog) -> float:
 def clearance_p05_m(log: TrialLog) -> float:
     """Clearance that was kept for 95% of the time with an obstacle within 5 m.
 
-    Formula: 5th percentile of the footprint's clearance over the samples, one every 0.05 s.
+    Formula: 5th percentile of the clearance, one sample every 0.05 s.
     """
     return np.percentile(_clearances_m(log), 5)
 
@@ -120,7 +119,7 @@ def clearance_p05_m(log: TrialLog) -> float:
 def danger_time_ratio(log: TrialLog) -> float:
     """Share of the time with less than 0.25 m between footprint and obstacle.
 
-    Formula: time with clearance < 0.25 m / duration, from samples every 0.05 s.
+    Formula: time with clearance < 0.25 m / duration, one sample every 0.05 s.
     Source: MRPB 1.0, p_o.
     """
     return danger_share(times(log), column(log, "clearance_m"))
@@ -130,8 +129,7 @@ def danger_time_ratio(log: TrialLog) -> float:
 def time_to_collision_min_s(log: TrialLog) -> float:
     """Shortest time to a touch of an obstacle at constant v and w.
 
-    Formula: minimum, every 0.1 s, of the exact time until the footprint touches an obstacle; up to
-    10 s.
+    Formula: minimum, every 0.1 s, of the time until the footprint touches an obstacle; up to 10 s.
     """
     edges = obstacle_edges(log)
     if len(edges) == 0:

@@ -34,8 +34,8 @@ TURN_DEAD_BAND_RADPS = 0.05
 def jerk_rms_mps3(log: TrialLog) -> float:
     """Root mean square of the jerk of the true forward velocity.
 
-    Formula: sqrt(mean(j^2)), j = d2v/dt2 of parabolas fitted over 0.3 s. The published jerk depends
-    on the sampling period; this one does not.
+    Formula: sqrt(mean(j^2)), j = d2v/dt2 of parabolas fitted over 0.3 s, whatever the sampling
+    period.
     """
     return rms(motion(log).jerk_mps3)
 
@@ -62,9 +62,9 @@ def angular_jerk_rms_radps3(log: TrialLog) -> float:
 def spectral_arc_length(log: TrialLog) -> float:
     """SPARC of the true speed: the nearer to 0, the smoother.
 
-    Formula: minus the arc length of the normalised magnitude spectrum of |v|, up to 10 Hz and to
-    the last bin of at least 0.05.
-    Source: Balasubramanian et al., "On the analysis of movement smoothness", 2015.
+    Formula: -arc length of the normalised magnitude spectrum of |v|, up to 10 Hz and to the last
+    bin of at least 0.05.
+    Source: Balasubramanian et al. 2015.
     """
     signal = motion(log)
     return sparc(signal.speed_mps, signal.period_s)
@@ -76,7 +76,7 @@ def log_dimensionless_jerk(log: TrialLog) -> float:
 
     Formula: -ln(D^3/v_peak^2 integral (d2v/dt2)^2 dt), D the duration, v the forward velocity (of a
     robot that moves sideways the speed) fitted over 0.3 s.
-    Source: as of spectral_arc_length.
+    Source: Balasubramanian et al. 2015.
     """
     signal = motion(log)
     v, vy = signal.smooth_v_mps, signal.smooth_vy_mps

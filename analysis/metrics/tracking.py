@@ -90,7 +90,7 @@ def cross_track_error_rms_m(log: TrialLog) -> float:
 def cross_track_error_max_m(log: TrialLog) -> float:
     """Largest distance from the true position to the plan's line.
 
-    Formula: max d, d as in cross_track_error_mean_m.
+    Formula: max d, d as before.
     """
     return np.nanmax(projection_on_plans(log).distance_m)
 
@@ -100,7 +100,7 @@ def heading_error_mean_deg(log: TrialLog) -> float:
     """Mean over time of the angle between the robot's heading and the plan.
 
     Formula: mean |wrap(yaw - tangent of the plan in force at its point nearest to the robot)|,
-    wrapped to (-180, 180] deg; the published error is not.
+    wrapped to (-180, 180] deg.
     """
     return _mean_while_planned(log, np.abs(_heading_errors_deg(log)))
 
@@ -119,8 +119,8 @@ def plan_progress_ratio(log: TrialLog) -> float:
     """Share of the plan that lies behind the robot at the end, whatever the outcome.
 
     Formula: arc length of the first plan up to its point nearest to the last position / length of
-    the first plan. With waypoints (length of the legs before + arc length on the first plan of the
-    present leg) / length of all legs; a leg without a plan counts as straight.
+    the first plan. With waypoints legs before the present one count as driven; a leg without a plan
+    counts as straight.
     """
     leg, lengths_m = present_leg(log), leg_lengths_m(log)
     if not log.first_plans:
@@ -138,9 +138,9 @@ def plan_progress_ratio(log: TrialLog) -> float:
 def stall_time_s(log: TrialLog) -> float:
     """Time that a failed trial went on without progress along the plan.
 
-    Formula: end time - first time at which the progress was within 0.05 m (one map cell) of its
-    maximum; progress is the arc length of the first plan (with waypoints the last leg's) up to its
-    point nearest to the robot.
+    Formula: end - first time at which the progress was within 0.05 m (one map cell) of its maximum;
+    progress is the arc length of the first plan (with waypoints of the last leg's) up to its point
+    nearest to the robot.
     """
     if log.outcome is Outcome.SUCCEEDED:
         raise Undefined("the trial reached its goal")
@@ -158,7 +158,7 @@ def stall_time_s(log: TrialLog) -> float:
 def goal_position_error_m(log: TrialLog) -> float:
     """Distance to the goal at the end, whatever the outcome.
 
-    Formula: |p(end) - goal|; with waypoints still the last goal.
+    Formula: |p(end) - goal|, the last goal.
     """
     require(log, "goal")
     if ended_on_other_floor(log):
@@ -170,7 +170,7 @@ def goal_position_error_m(log: TrialLog) -> float:
 def goal_heading_error_deg(log: TrialLog) -> float:
     """Angle to the goal's heading at the end, whatever the outcome.
 
-    Formula: |wrap(yaw(end) - yaw goal)|; with waypoints still the last goal.
+    Formula: |wrap(yaw(end) - yaw goal)|, of the last goal.
     """
     require(log, "goal")
     if ended_on_other_floor(log):

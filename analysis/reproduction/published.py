@@ -110,7 +110,7 @@ def success_rate(log: TrialLog) -> float:
 def avg_linear_speed(log: TrialLog) -> float:
     """Mean of the commanded forward velocity.
 
-    Formula: mean(v) over the published samples.
+    Formula: mean(v).
     """
     return published_samples(log).v_mps.mean()
 
@@ -119,7 +119,7 @@ def avg_linear_speed(log: TrialLog) -> float:
 def path_length(log: TrialLog) -> float:
     """Driven length.
 
-    Formula: sum of the distances between consecutive poses of the published sampling.
+    Formula: sum of the distances between consecutive samples.
     """
     return float(_steps_m(published_samples(log)).sum())
 
@@ -128,7 +128,7 @@ def path_length(log: TrialLog) -> float:
 def time_taken(log: TrialLog) -> float:
     """Duration of the task.
 
-    Formula: T = last stamp - first stamp of the published sampling.
+    Formula: T = time of the last sample - time of the first.
     """
     return published_samples(log).duration_s
 
@@ -139,7 +139,7 @@ def min_obstacle_distance(log: TrialLog) -> float:
 
     Formula: minimum over the published samples of the distance to origin + resolution (i, j) of a
     lethal cell of column i and row j, its lower left corner. Ignores the footprint, and is a cell's
-    edge longer behind the robot than ahead of it.
+    edge longer behind the robot than ahead.
     """
     return _seen_distances_m(log).min()
 
@@ -149,7 +149,7 @@ def std_obstacle_distance(log: TrialLog) -> float:
     """Spread of the distance from the reference point to the nearest lethal cell.
 
     Formula: standard deviation (divisor n) of the distance of min_obstacle_distance over the
-    published samples that see an obstacle.
+    samples that see an obstacle.
     """
     return _seen_distances_m(log).std()
 
@@ -172,8 +172,7 @@ def rms_linear_jerk(log: TrialLog) -> float:
 def max_centripetal_acceleration(log: TrialLog) -> float:
     """Largest centripetal acceleration of the commands.
 
-    Formula: r = v/|w| where |w| > 0.01 rad/s; v^2/r where r > 0.01 m, else 0; the maximum over the
-    published samples.
+    Formula: maximum of v^2/r, r = v/|w|, where |w| > 0.01 rad/s and r > 0.01 m; else 0.
     """
     samples = published_samples(log)
     turning = np.abs(samples.w_radps) > MIN_YAW_RATE_RADPS
@@ -187,7 +186,7 @@ def max_centripetal_acceleration(log: TrialLog) -> float:
 def max_velocity(log: TrialLog) -> float:
     """Highest commanded forward velocity as a share of the robot's highest (published: 0.5 m/s).
 
-    Formula: 100 max(v) / v max over the published samples.
+    Formula: 100 max(v) / v max.
     """
     return PERCENT * published_samples(log).v_mps.max() / max_velocity_of(log)
 
@@ -197,7 +196,7 @@ def max_path_error(log: TrialLog) -> float:
     """Largest distance from a plan pose to the nearest driven pose.
 
     Formula: maximum, over the poses of the first plan but the last 4, of the distance to the
-    nearest sample. In a trial that gives up early: the length of the plan that was not driven.
+    nearest sample. A trial that gives up early gets the length of the plan that it did not drive.
     """
     return _path_errors_m(log).max()
 
@@ -206,7 +205,7 @@ def max_path_error(log: TrialLog) -> float:
 def min_path_error(log: TrialLog) -> float:
     """Smallest distance from a plan pose to the nearest driven pose.
 
-    Formula: the distances of max_path_error; the minimum.
+    Formula: minimum of the distances of max_path_error.
     """
     return _path_errors_m(log).min()
 
@@ -215,8 +214,8 @@ def min_path_error(log: TrialLog) -> float:
 def avg_path_error(log: TrialLog) -> float:
     """Mean distance from a plan pose to the nearest driven pose.
 
-    Formula: the distances of max_path_error; the mean. A line that is driven perfectly gives a
-    quarter of the distance between two samples.
+    Formula: mean of the distances of max_path_error. A perfectly driven line gives a quarter of the
+    distance between two samples.
     """
     return _path_errors_m(log).mean()
 
@@ -225,9 +224,9 @@ def avg_path_error(log: TrialLog) -> float:
 def avg_heading_error(log: TrialLog) -> float:
     """Mean difference of the absolute headings of plan and robot.
 
-    Formula: mean, over the poses of the first plan, of | |yaw robot| - |yaw plan| | in degrees at
-    the nearest sample. Ignores the sign of a heading. Of several equally near samples, as of a
-    robot that turns in place, the first counts. Its "std" is over the trials.
+    Formula: mean, over the poses of the first plan, of | |yaw robot| - |yaw plan| | at the nearest
+    sample. Ignores the sign of a heading. Of several equally near samples, as of a robot that turns
+    in place, the first counts. Its "std" is over the trials.
     """
     return _heading_error_deg(log, takes_last=False)
 
@@ -236,8 +235,7 @@ def avg_heading_error(log: TrialLog) -> float:
 def avg_heading_error_last(log: TrialLog) -> float:
     """`avg_heading_error` with the other rule for equally near samples.
 
-    Formula: as `avg_heading_error`, but the last of several equally near samples counts. The
-    publication does not say which.
+    Formula: as `avg_heading_error`, but the last of several equally near samples counts.
     """
     return _heading_error_deg(log, takes_last=True)
 
@@ -258,8 +256,8 @@ def energy(log: TrialLog) -> float:
 def abort_time(log: TrialLog) -> float:
     """Time from the slowest sample of a failed trial to its end.
 
-    Formula: time of the last sample - time of the first sample with the trial's lowest v; 0 where
-    that v is not below v max. No value where only the last sample has the lowest v.
+    Formula: time of the last sample - time of the first one with the trial's lowest v; 0 where that
+    v is not below v max, no value where only the last sample has it.
     """
     if log.outcome is Outcome.SUCCEEDED:
         raise Undefined("the trial reached its goal")
@@ -276,7 +274,7 @@ def abort_time(log: TrialLog) -> float:
 def max_yaw_rate(log: TrialLog) -> float:
     """Highest commanded yaw rate; the publication gives it in its text, not in its tables.
 
-    Formula: max |w| over the published samples.
+    Formula: max |w|.
     """
     return float(np.abs(published_samples(log).w_radps).max())
 

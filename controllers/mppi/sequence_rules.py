@@ -159,7 +159,8 @@ def _shifts(model_dt: float, control_period_s: float) -> bool:
         return True
     if model_dt < control_period_s:
         raise InputError(
-            f"model_dt: got {model_dt}, expected at least the control period {control_period_s} s"
+            f"model_dt: got {model_dt:g}, expected at least the control period "
+            f"{control_period_s:.6g} s"
         )
     return False
 

@@ -131,7 +131,7 @@ def _scenario(arguments: argparse.Namespace) -> Scenario:
     if (arguments.map is None) != (arguments.start is None):
         raise InputError("--map and --start: expected both or none")
     if arguments.map is not None and (arguments.scenario or arguments.goal):
-        raise InputError("--map: expected no SCENARIO and no --goal as well")
+        raise InputError("--map: expected --start alone beside it, no SCENARIO and no --goal")
     if arguments.map is not None:
         start = tuple(arguments.start)
         scenario = scenario_on_map(arguments.map, start, start)

@@ -116,7 +116,7 @@ def _gate(arguments: argparse.Namespace) -> int:
     else:
         for name in DRIVING:
             if getattr(arguments, name) is not None:
-                raise InputError(f"--{name}: expected no --rows with it, which drives nothing")
+                raise InputError(f"--{name}: expected no --rows beside it; --rows drives nothing")
         sides = gate.Side(arguments.base), gate.Side(arguments.head)
         table = gate.read_rows(arguments.rows)
         result = gate.judge_rows(

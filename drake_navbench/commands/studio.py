@@ -56,7 +56,7 @@ def _studio(arguments: argparse.Namespace) -> None:
     from drake_navbench.studio.yaml_text import require_studio_libraries
 
     if (arguments.map is None) != (arguments.goals is None):
-        raise InputError("--map: expected --goals FILE with it, and --goals only with --map")
+        raise InputError("--map and --goals FILE: expected both or none")
     require_studio_libraries()
     from drake_navbench.studio.engine import load_workers
 

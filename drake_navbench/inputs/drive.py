@@ -258,7 +258,7 @@ def _check_type(data: Any) -> Any:
         raise ValueError(f"unknown type {kind!r}{nearest_name_hint(kind, _KINDS)}")
     if kind != "differential" and isinstance(data, Mapping) and "physics" in data:
         raise ValueError(
-            f"physics: only a differential drive has wheels and casters, found type {kind!r}"
+            f"physics: only a drive of type differential has casters, found type {kind!r}"
         )
     return tuples_for_lists(data)
 

@@ -64,8 +64,8 @@ class ControllerServerSettings(FrozenModel):
 
     nav2_release: Release = Field(
         NEWEST_RELEASE,
-        description="Nav2 release whose order of a cycle applies: Humble, Iron and Kilted test the "
-        "goal after the progress and the command, Jazzy and Lyrical before.",
+        description="Nav2 release whose order of a cycle applies: Jazzy and Lyrical test the goal "
+        "first, the others after progress and command.",
     )
     controller_frequency: Frequency = Field(20.0, description="Rate of the control cycles [Hz].")
     failure_tolerance: Annotated[
@@ -77,8 +77,9 @@ class ControllerServerSettings(FrozenModel):
     )
     costmap_update_timeout: Annotated[Duration, not_negative("as 0")] = Field(
         0.30,
-        description="Time for which the controller waits for a current costmap [s]; 0: Humble and "
-        "Iron wait for ever, Jazzy and Kilted give up at once, Lyrical drives on with an old one.",
+        description="Time for which the controller waits for a current costmap [s]; 0: up to Iron "
+        "wait for ever, Jazzy and Kilted give up at once, Lyrical drives on with an "
+        "old one.",
     )
     min_x_velocity_threshold: Annotated[Speed, not_negative("no velocity counts as 0")] = Field(
         0.0001, description="Measured |v| below which the velocity counts as 0 [m/s]."

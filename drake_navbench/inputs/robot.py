@@ -347,9 +347,7 @@ def _folder_of(path: Path) -> Path:
 
 def _robot_of(data: Mapping[str, Any], source: str, folder: Path) -> Robot:
     if "directory" in data:
-        raise InputError(
-            f"{source}: directory: unknown field; the loader sets it from the file's place"
-        )
+        raise InputError(f"{source}: directory: unknown field; the file's place gives it")
     if "like" in data:
         raise InputError(f"{source}: like: only a robot file may name another robot")
     directory = str(folder.resolve())

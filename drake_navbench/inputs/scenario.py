@@ -289,7 +289,7 @@ def scenario_in_file(data: dict[str, Any], path: Path, text: str | None = None) 
     require_kind(data, SCENARIO, path)
     for field in SET_BY_LOADING:
         if field in data:
-            raise InputError(f"{path}: {field}: unknown field; the loader sets it from the file")
+            raise InputError(f"{path}: {field}: unknown field; the file's place gives it")
     scenario = validate(Scenario, data | {"name": path.stem}, str(path), text)
     scenario = scenario.model_copy(update={"directory": str(path.resolve().parent)})
     if scenario.clean_scenario is not None and scenario.clean_scenario not in SCENARIO_FILES.names:

@@ -113,8 +113,8 @@ def build_checkout(
 def _require_sampling(noise: NoiseSource, chosen: Collection[str]) -> None:
     if noise is NoiseSource.BENCHMARK and NOISE_SOURCES.keys().isdisjoint(chosen):
         raise InputError(
-            f"noise: got {noise.value!r} for {', '.join(chosen)}, "
-            f"expected one of {', '.join(NOISE_SOURCES)} among them: nothing else draws any"
+            f"--noise {noise.value}: {', '.join(chosen)} draw no random numbers; "
+            f"expected a build of {', '.join(NOISE_SOURCES)}"
         )
 
 

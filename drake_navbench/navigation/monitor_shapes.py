@@ -153,7 +153,7 @@ class VelocityPolygon(_Shape):
         False, description="Choose sub-polygons by speed and direction of motion, not by v."
     )
     velocity_polygons: dict[str, SubPolygon] = Field(
-        min_length=1, description="Sub-polygons; the first one that applies to the command is used."
+        min_length=1, description="Sub-polygons; the first that applies to the command is used."
     )
 
 
@@ -172,10 +172,9 @@ class CollisionMonitorParameters(QuietModel):
     nav2_release: Release = Field(
         NEWEST_RELEASE,
         description="Nav2 release whose rules apply. Up to Iron a source without current data "
-        "stops nothing; Humble's approach acts from one point less inside the shape; "
-        "Iron limits v and w separately; Kilted chooses sub-polygons of a holonomic "
-        "base by v; Lyrical ignores a range that is not finite and goes on with the "
-        "one before.",
+        "stops nothing; Humble's approach needs one point less inside the shape; Iron "
+        "limits v and w separately; Kilted chooses sub-polygons of a holonomic base "
+        "by v; Lyrical keeps the range before one that is not finite.",
     )
 
     polygons: dict[str, MonitorShape] = Field(
@@ -196,7 +195,7 @@ class CollisionMonitorParameters(QuietModel):
     observation_sources: dict[str, MonitorSource] = Field(
         default_factory=lambda: dict(THE_SCAN),
         min_length=1,
-        description="Names of the observation sources, in order.",
+        description="Observation sources, in order.",
     )
 
     @model_validator(mode="after")

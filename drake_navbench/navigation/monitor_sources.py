@@ -48,8 +48,8 @@ class MonitorSource(FrozenModel):
     source_timeout: Duration | None = Field(
         None,
         ge=0.0,
-        description="Age of the data above which the robot is stopped, as it is by a range that "
-        "the sensor cannot measure [s]; 0: never; null: the monitor's.",
+        description="Age of the data above which the robot is stopped, as by a range that cannot "
+        "be measured [s]; 0: never; null: the monitor's.",
     )
 
     @model_validator(mode="after")

@@ -14,7 +14,7 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 
 class GridSmootherParameters(RelaxationParameters):
-    """Parameters `smoother.*` of SmacPlanner2D, with Nav2's names and defaults."""
+    """Parameters `smoother.*` of SmacPlanner2D."""
 
     max_iterations: Count = Field(
         1000,
@@ -51,14 +51,14 @@ class SmacSearchParameters(FrozenModel):
 
 
 class SmacPlanner2DParameters(SmacSearchParameters):
-    """Parameters of SmacPlanner2D with Nav2's names and defaults, then our own switches."""
+    """Parameters of SmacPlanner2D, then our own switches."""
 
     plugin: Literal["nav2_smac_planner::SmacPlanner2D"] = "nav2_smac_planner::SmacPlanner2D"
     nav2_release: Release = Field(
         NEWEST_RELEASE,
         description="Nav2 release whose rules apply: up to Kilted the smoother tests the cell "
-        "under the robot's centre, a blocked goal counts as free where there is a tolerance, and a "
-        "search that runs out of time finds no path; up to Iron a blocked start is refused.",
+        "under the robot's centre, a tolerance frees a blocked goal, and a search out "
+        "of time finds no path; up to Iron a blocked start is refused.",
     )
     tolerance: Length = Field(
         0.125, ge=0.0, description="Distance from the goal at which a path may end [m]"
@@ -78,8 +78,8 @@ class SmacPlanner2DParameters(SmacSearchParameters):
     expansions_per_second: Number = Field(
         1e6,
         gt=0.0,
-        description="Ours: turns max_planning_time into a count of expansions, so that results do "
-        "not depend on the computer's speed [1/s]",
+        description="Ours: turns max_planning_time into a count of expansions, whatever the "
+        "computer's speed [1/s]",
     )
     use_cell_centres: bool = Field(
         True,
@@ -89,9 +89,9 @@ class SmacPlanner2DParameters(SmacSearchParameters):
     )
     use_exact_end_points: bool = Field(
         True,
-        description="Ours: before it is smoothed, the path is moved to the exact start and goal, "
-        "their offsets within the cell blended along it; Nav2: it starts at the cell, and after "
-        "smoothing the goal replaces its last position (up to Kilted it ends at a cell).",
+        description="Ours: before smoothing the path is moved to the exact start and goal, their "
+        "offsets blended along it; Nav2: it starts at the cell, and the goal replaces "
+        "its last position (up to Kilted it ends at a cell).",
     )
     allow_corner_cutting: bool = Field(
         False, description="Let diagonal steps pass between two blocked cells; Nav2: true."
@@ -102,7 +102,7 @@ class SmacPlanner2DParameters(SmacSearchParameters):
     downsample_known_cells: bool = Field(
         True,
         description="Ours: a merged cell has the largest known cost; Nav2: one unknown cell makes "
-        "it unknown, even beside lethal ones.",
+        "it unknown.",
     )
     report_time_limit_as_timeout: bool = Field(
         True, description="Ours: max_planning_time gives PlannerTimedOut; Nav2: no valid path."

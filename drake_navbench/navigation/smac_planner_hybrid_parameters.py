@@ -34,9 +34,10 @@ class SmacPlannerHybridParameters(SmacSearchParameters):
     nav2_release: Release = Field(
         NEWEST_RELEASE,
         description="Nav2 release whose rules apply: up to Kilted the smoother tests the cell "
-        "under the robot's centre, all first motions cost the same, and a blocked goal counts as "
-        "free where there is a tolerance; up to Jazzy curves to the goal ignore changes of "
-        "direction; up to Iron a path starts and ends in cells, and curves are not widened.",
+        "under the robot's centre, all first motions cost the same, and a tolerance "
+        "frees a blocked goal; up to Jazzy curves to the goal ignore changes of "
+        "direction; up to Iron paths start and end in cells, and curves are not "
+        "widened.",
     )
     motion_model_for_search: Literal["DUBIN", "REEDS_SHEPP"] = Field(
         "DUBIN", description="Kind of curves: DUBIN drives forward only, REEDS_SHEPP backward, too."
@@ -112,8 +113,8 @@ class SmacPlannerHybridParameters(SmacSearchParameters):
     expansions_per_second: Number = Field(
         1e5,
         gt=0.0,
-        description="Ours: turns max_planning_time into a count of expansions, so that results do "
-        "not depend on the computer's speed [1/s].",
+        description="Ours: turns max_planning_time into a count of expansions, whatever the "
+        "computer's speed [1/s].",
     )
 
     @model_validator(mode="after")

@@ -106,7 +106,7 @@ class SavitzkyGolaySmootherParameters(RefinementParameters, PartsParameters):
 
 
 class OptimizerParameters(FrozenModel):
-    """Parameters `optimizer.*` with Nav2's names and defaults; IPOPT has no use for some."""
+    """Parameters `optimizer.*`; IPOPT has no use for some."""
 
     linear_solver_type: Literal["SPARSE_NORMAL_CHOLESKY", "DENSE_QR"] = Field(
         "SPARSE_NORMAL_CHOLESKY", description="Option of Ceres; no effect here."

@@ -58,7 +58,7 @@ class ThetaStarPlannerParameters(FrozenModel):
     terminal_checking_interval: int = Field(
         5000,
         gt=0,
-        description="Expansions between two checks for a cancellation in Nav2; no effect here.",
+        description="No effect here: nothing cancels a search.",
     )
     use_final_approach_orientation: bool = Field(
         False, description="End the path with its own direction, not with the goal's heading."

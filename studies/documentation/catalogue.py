@@ -14,9 +14,8 @@ from drake_navbench.logs.text_tables import markdown_table
 INTRODUCTION = """\
 # Metrics
 
-Look up here what a column of a table or report means. Each metric is a number computed from the log
-of one trial. These commands choose the columns of the terminal, and add
-[a metric of your own](two_files.md#metrics):
+The meaning of each column of a table or report, a number computed from the log of one trial. These
+commands choose the columns of the terminal, and add [a metric of your own](two_files.md#metrics):
 
 ```
 drake-navbench run empty --controllers rpp --columns time_to_goal_s,min_clearance_m
@@ -25,28 +24,31 @@ drake-navbench run empty --controllers rpp --metric my.py:my_metric
 
 - ↑: higher is better; ↓: lower is better; no arrow: neither. The unit stands in brackets.
 - Bar: verdicts ignore differences up to this one.
-- An empty cell: the metric has no value for that trial; the cell names the reason.
-- Derivatives of the true motion end with the trial: the server's stop behind it does not count.
-- "Published" metrics keep the definitions of Schena 2024, weaknesses included.
+- An empty cell: the trial has no value of the metric; the cell names the reason.
+- Derivatives of the true motion end with the trial: the stop after it does not count.
 - *First plan*: the plan made at the start; with waypoints those of all legs, one behind the other
   (`course` of a `TrialLog`). *Plan in force*: the latest one that the controller had been given;
   tracking begins with the first.
+- Metrics of worlds in which something moves: [moving](living_world.md#moving),
+  [social](living_world.md#social).
 - Sources by name: BARN (Perille et al. 2020; Xiao et al. 2022), HuNavSim (Perez-Higueras et al.
   2023), SEAN 2.0 (Tsoi et al. 2022), SocNavBench (Biswas et al. 2022), TAGA (Roy and Rahman, arXiv
   2503.21168v3).
 
-The metrics of worlds in which something moves, [moving](living_world.md#moving) and
-[social](living_world.md#social), stand on the page about a living world.
-
-A package offers metrics by an entry point of the group `drake_navbench.metrics` that names their
-module. `make docs` makes this page from the metrics' docstrings.
+A package offers metrics by an entry point in `drake_navbench.metrics` that names their module.
+`make docs` makes this page from the metrics' docstrings.
 """
-CHECKS = """
+# Sentences below the headings of some themes.
+NOTES = {
+    "published": "Defined as in Schena 2024, weaknesses included. v and w are commands; samples are"
+    " 0.115 s apart.",
+    "compute": "Compute times differ from run to run.",
+}
+CHECKS = """\
 ## Checks
 
 Every log must keep these rules, whatever the controller does. The report warns of each broken one;
-the column `violations` in trials.parquet counts the rows that break one.
-"""
+the column `violations` in trials.parquet counts the rows that break one."""
 ARROWS = {"higher": " ↑", "lower": " ↓", "neither": ""}
 # Themes whose tables stand in living_world.md.
 OF_A_LIVING_WORLD = ("moving", "social")
@@ -70,10 +72,13 @@ def catalogue() -> str:
     for theme in installed_metrics():
         if theme not in OF_A_LIVING_WORLD:
             parts += ["", *_theme(theme, "##")]
-    parts.append(CHECKS)
-    checks = ((kind, _first_line(check)) for kind, check in INVARIANTS.items())
-    parts += markdown_table(("check", "what"), checks)
     return "\n".join(parts) + "\n"
+
+
+def checks() -> list[str]:
+    """Returns the lines of the section about the rules that every log keeps."""
+    rows = ((kind, _first_line(check)) for kind, check in INVARIANTS.items())
+    return [*CHECKS.splitlines(), "", *markdown_table(("check", "what"), rows)]
 
 
 def living_metrics() -> str:
@@ -86,12 +91,13 @@ def _theme(theme: str, level: str) -> list[str]:
     """Returns the heading and the table of a theme."""
     rows = [_row(entry) for entry in installed_metrics()[theme]]
     table = markdown_table(("metric", "what", "formula"), rows)
-    return [f"{level} {theme.capitalize()}", "", *table]
+    note = [NOTES[theme], ""] if theme in NOTES else []
+    return [f"{level} {theme.capitalize()}", "", *note, *table]
 
 
 def section(entry: Metric, title: str) -> str:
     """Returns the paragraph of a metric's docstring that starts with `title:`, on one line."""
-    found = re.search(rf"^{title}: (.*?)(?=^\w+: |\Z)", entry.description, re.M | re.S)
+    found = re.search(rf"^{title}: (.*?)(?=^Source: |\Z)", entry.description, re.M | re.S)
     return " ".join(found.group(1).split()) if found else ""
 
 
@@ -103,8 +109,6 @@ def _row(entry: Metric) -> list[str]:
     what = entry.summary
     if entry.name in REPLACED_BY:
         what += f" Prefer `{REPLACED_BY[entry.name]}`."
-    if not entry.is_repeatable:
-        what += " Differs from run to run."
     if entry.relevant:
         what += f" Bar: {entry.relevant:g} {entry.unit}."
     formula, source = section(entry, "Formula"), section(entry, "Source")

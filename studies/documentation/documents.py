@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 
-from catalogue import catalogue, living_metrics
+from catalogue import catalogue, checks, living_metrics
 from field_table import navigation_page, robots_page
 from plugin_page import DATA_FILE, plugin_page, read_plugins
 from pydrake.systems.framework import Context, OutputPort, PortDataType
@@ -141,6 +141,8 @@ def log_format() -> str:
         *_columns_table(MISSION_COLUMNS),
         "",
         *CONTACT_TEXT.splitlines(),
+        "",
+        *checks(),
         "",
     ]
     return "\n".join(lines)

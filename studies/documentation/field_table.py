@@ -23,8 +23,8 @@ robot_radius: 0.2
 
 Only `description` and an outline are needed: `robot_radius`, `footprint`, or a `model`, which also
 gives the mass. A URDF, SDF or xacro can take the file's place
-([how](your_robot.md#a-robot-as-it-lies-in-its-repository)). With `--nav2 FILE` your Nav2 file gives
-the `navigation`; you write only [what no Nav2 file contains](nav2_files.md#what-is-taken).
+([how](your_robot.md#a-robot-as-it-lies-in-its-repository)). With `--nav2 FILE` you write only
+[what no Nav2 file contains](nav2_files.md#what-is-taken).
 
 Example: `range_max_m` (`12.0`) below `lidar` is written `lidar: {range_max_m: 8.0}`, or for a sweep
 `--sweep lidar.range_max_m=4,8`. Default in round brackets, unit in square ones; `NAME`: a name of
@@ -33,10 +33,8 @@ your choice. A row `type: ...` begins the fields of that kind; rows above it app
 NAVIGATION_INTRODUCTION = """\
 # Fields of a robot file: navigation
 
-Look up here the fields of the block `navigation` of a [robot file](robots.md): controller server,
-costmaps, planner, behaviour tree, smoother and monitor, under Nav2's names. [How they
-work](navigation.md). Example: `inflation_radius` (`0.55`) of the local costmap's inflation layer is
-written
+The fields of the block `navigation` of a [robot file](robots.md), under Nav2's names ([how they
+work](navigation.md)). Example: `inflation_radius` (`0.55`) of the local costmap's inflation layer:
 
 ```yaml
 navigation:
@@ -44,11 +42,11 @@ navigation:
     inflation_layer: {inflation_radius: 0.9}
 ```
 
-- "As in Nav2": name, meaning and unit are those of Nav2's configuration guide. Such fields of a
-  block share a row: `a.b`: `c` (`1`), `d` (`2`) are `a.b.c` and `a.b.d`.
+- "As in Nav2": see Nav2's configuration guide. Such fields of a block share a row: `a.b`: `c`
+  (`1`), `d` (`2`) are `a.b.c` and `a.b.d`.
 - "Ours: ...; Nav2: ...": the default does the first, the other value the second.
-- A row `type: ...` or `plugin: ...` begins the fields of that kind; rows above it apply to all.
-- "Fields of X", "as in X: ...": these rows of X apply, with their defaults."""
+- A row `type: ...` or `plugin: ...` begins the fields of that kind; rows above apply to all.
+- "Fields of X", "as in X: ...": these rows of X apply."""
 # What the page of robots says of the block that has a page of its own.
 NAVIGATION_LINK = "The navigation stack around the controller: [its fields](robot_navigation.md)."
 # Fields that the loader sets.

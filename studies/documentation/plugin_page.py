@@ -15,23 +15,22 @@ DATA_FILE = "nav2_plugins.yaml"
 HEADING = """\
 # The plugins of Nav2
 
-Is a plugin that your Nav2 file names here, and does it behave as Nav2's? These tables hold every
-plugin of Humble to Lyrical. For one file ask
+Is a plugin of your Nav2 file here, and does it behave as Nav2's? For your file ask
 
 ```
 drake-navbench run --nav2 FILE --check
 ```
 
+These tables hold every plugin of Humble to Lyrical.
+
 - **releases**: the Nav2 releases that ship the plugin.
-- **here**: its counterpart; "–": there is none; "same name": Nav2's, with or without prefix.
-- **rules of**: the releases whose behaviour the counterpart has. Of several, your file's release
+- **here**: its counterpart ("–": none; "same name": Nav2's, with or without prefix).
+- **rules of**: the releases whose behaviour the counterpart has; of several, your file's release
   decides.
 - **how equal**: the largest difference from Nav2's C++, both given the same input (commands in m/s
-  and rad/s, positions in m). Where nothing is said, the counterpart follows Nav2's source and its
-  tests.
+  and rad/s, positions in m); empty: the counterpart follows Nav2's source and its tests.
 
-1,658 default values of 37 plugins and servers are those of the sources, release by release.
-`make docs` makes this page of [nav2_plugins.yaml](nav2_plugins.yaml).
+`make docs` makes the page of [nav2_plugins.yaml](nav2_plugins.yaml).
 """
 
 

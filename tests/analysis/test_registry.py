@@ -82,6 +82,11 @@ def test_every_metric_has_a_summary_and_a_formula(entry):
     assert section(entry, "Formula"), entry.name
 
 
+def test_a_line_of_a_formula_may_begin_with_a_word_and_a_colon():
+    (jerk,) = (entry for entry in all_metrics() if entry.name == "rms_linear_jerk")
+    assert section(jerk, "Formula").endswith("shrinks: comparable at the published 0.115 s only.")
+
+
 def test_corrected_forms_exist():
     names = {entry.name for entry in all_metrics()}
     assert set(REPLACED_BY) | set(REPLACED_BY.values()) <= names

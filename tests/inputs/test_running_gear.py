@@ -129,7 +129,7 @@ def test_ideal_wheels_say_nothing_of_themselves():
         ("model: none.sdf\ndrive: {physics: multibody}", r"model: no such file: .*none\.sdf"),
         (
             "drive: {type: omnidirectional, physics: planar_casters}",
-            r"physics: only a differential",
+            r"physics: only a drive of type differential",
         ),
         ("drive: {motors: {max_torque_nm: 0}}", r"motors\.max_torque_nm: .* greater than 0, got 0"),
     ],
@@ -202,7 +202,7 @@ def test_an_override_that_needs_wheels_is_refused_where_there_are_none():
 def test_an_override_of_a_base_without_casters_is_refused():
     overrides = {"drive": {"physics": "planar_casters"}}
     with pytest.raises(
-        InputError, match=r"physics: only a differential drive .* 'omnidirectional'"
+        InputError, match=r"physics: only a drive of type differential .* 'omnidirectional'"
     ):
         overridden(load_robot("omni_robot"), overrides, "--sweep")
 

@@ -60,7 +60,7 @@ def test_what_draws_no_numbers_has_its_own(copied):
     names, flags = ["tiny::Controller"], FlagSet.PORTABLE
     build = build_of(str(copied), "gate-base", names, flags=flags, tell=print)
     assert build.noise is NoiseSource.OWN
-    with pytest.raises(InputError, match="nothing else draws any"):
+    with pytest.raises(InputError, match="draw no random numbers; expected a build of"):
         build_of(str(copied), "x", names, noise=NoiseSource.BENCHMARK, tell=print)
 
 

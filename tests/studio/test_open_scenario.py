@@ -169,4 +169,4 @@ def test_the_map_of_the_ways_lies_in_the_folder(tmp_path):
 def test_map_and_places_are_given_together(option, tmp_path, capsys):
     assert studio.main([str(tmp_path), option, "file.yaml"]) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert line == "--map: expected --goals FILE with it, and --goals only with --map"
+    assert line == "--map and --goals FILE: expected both or none"

@@ -103,7 +103,7 @@ def _expanded_with(
                 elif not missing.provides(str(error)):
                     raise missing.fault(error) from error
         else:
-            raise InputError(f"needs more than {MAX_MISSING} files that are not there")
+            raise InputError(f"more than {MAX_MISSING} of the files that it includes are missing")
         if missing.macros and not (LINK.search(text) and WHEEL.search(text)):
             raise missing.fault(InputError(missing.remarks()[-1]))
         # Files of a missing package do not exist under its name.

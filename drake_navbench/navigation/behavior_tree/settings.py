@@ -72,8 +72,8 @@ class BehaviorTreeSettings(QuietModel, PluginBlocks):
     nav2_release: Release = Field(
         NEWEST_RELEASE,
         description="Nav2 release whose default trees and nodes are used: Lyrical's trees keep a "
-        "valid path near the goal; Humble's, through poses also Iron's, recover from "
-        "every failure, the others only where a recovery is useful.",
+        "valid path near the goal; Humble's (through poses also Iron's) recover from "
+        "every failure, the others where a recovery is useful.",
     )
     recovery_actions: Annotated[tuple[str, ...], BeforeValidator(tuples_for_lists)] = Field(
         RECOVERY_ACTIONS,
@@ -86,14 +86,13 @@ class BehaviorTreeSettings(QuietModel, PluginBlocks):
     )
     wrap_around: bool = Field(
         False,
-        description="Start over after the last recovery action; Nav2's default tree gives up, "
-        "even where it succeeded.",
+        description="Start over after the last recovery action; Nav2's default tree gives up.",
     )
     bt_loop_duration: Count | None = Field(
         None,
         ge=1,
-        description="Time between two ticks [ms], in Nav2 10; null: the shorter of the controller "
-        "server's and the behaviours' periods, with the same result.",
+        description="Time between two ticks [ms], in Nav2 10; null: the shorter period of "
+        "controller server and behaviours, with the same result.",
     )
     hz: Frequency = Field(
         1.0,
@@ -103,8 +102,8 @@ class BehaviorTreeSettings(QuietModel, PluginBlocks):
     through_poses_hz: Frequency = Field(
         0.333,
         gt=0.0,
-        description="Rate at which navigate_through_poses checks which poses are passed, and "
-        "considers a new plan [Hz].",
+        description="Rate at which navigate_through_poses takes out passed poses and considers a "
+        "new plan [Hz].",
     )
     through_poses_radius: Length = Field(
         0.7,

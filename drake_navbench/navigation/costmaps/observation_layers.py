@@ -57,7 +57,7 @@ class SensingParameters(LayerParameters):
     """The parameters that Nav2's obstacle and voxel layer have in common."""
 
     observation_sources: dict[str, ObservationSourceSettings] = Field(
-        default_factory=_one_scan, description="Names of the observation sources, in order."
+        default_factory=_one_scan, description="Observation sources, in order."
     )
     footprint_clearing_enabled: bool = Field(True, description="Free the cells under the robot.")
     min_obstacle_height: float = Field(

@@ -169,8 +169,8 @@ def test_rows_that_were_driven_are_judged_anew_by_the_command(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("more", "message"),
     [
-        (["--trials", "8"], "--trials: expected no --rows with it, which drives nothing"),
-        (["--seed", "0"], "--seed: expected no --rows with it"),
+        (["--trials", "8"], "--trials: expected no --rows beside it; --rows drives nothing"),
+        (["--seed", "0"], "--seed: expected no --rows beside it"),
     ],
 )
 def test_options_of_driving_have_no_place_beside_rows(tmp_path, capsys, more, message):
