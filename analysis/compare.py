@@ -306,12 +306,12 @@ def to_markdown(comparison: FolderComparison) -> str:
     ):
         if chosen:
             lines += [f"## {title}", "", *table(chosen), ""]
-    for title, told in (
+    for title, notes in (
         ("Not compared", comparison.not_compared),
         ("Driven with other inputs", comparison.changed_inputs),
     ):
-        if told:
-            lines += [f"## {title}", "", *(f"- {line}" for line in told), ""]
+        if notes:
+            lines += [f"## {title}", "", *(f"- {line}" for line in notes), ""]
     return "\n".join(lines)
 
 

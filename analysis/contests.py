@@ -172,13 +172,11 @@ def contest_of(
         _rows_in(own, other, IDENTITY) | ~_rows_in(own, other, IDENTITY[:2])
         for own, other in (driven, driven[::-1])
     ]
-    return Contest(
-        *(
-            by_task(table.drop(own.index[~kept]), suites)
-            for table, own, kept in zip(tables, driven, common, strict=True)
-        ),
-        label,
+    own_before, own_after = (
+        by_task(table.drop(own.index[~kept]), suites)
+        for table, own, kept in zip(tables, driven, common, strict=True)
     )
+    return Contest(own_before, own_after, label)
 
 
 def matched_trials(

@@ -128,7 +128,8 @@ def _verdict(judged: Judged, label: str, name: str, findings: Sequence[Finding])
     else:
         text = f"{NO_DIFFERENCE} between {old} and {new}{_needed(pair)}"
     text = "; ".join([f"{prefix}{text}", *_reservations(pair, is_better=bool(better))])
-    details = [*_first_ones(worse), *_first_ones(better), *_first_ones(pair.in_vain)]
+    in_vain = [f for f in in_order(pair.in_vain) if f.quantity.family is Family.LISTED]
+    details = [*_first_ones(worse), *_first_ones(better), *in_vain]
     return PairVerdict(label, name, f"{text}.", tuple(map(finding_words, details)))
 
 
