@@ -198,7 +198,9 @@ def finding_words(finding: Finding) -> str:
         unit = typeset(quantity.unit)
         change = f"{finding.base_mean:.3g} -> {finding.head_mean:.3g} {unit}".rstrip()
         if low == low:  # No interval where there is one trial.
-            change += f" ({found.difference:+.2g}, 95% {low:+.2g} to {high:+.2g})"
+            by_ranks = "; the ranks decide, as a few pairs make the mean unsure"
+            doubt = by_ranks if finding.verdict in DECIDED and low <= 0.0 <= high else ""
+            change += f" ({found.difference:+.2g}, 95% {low:+.2g} to {high:+.2g}{doubt})"
     return f"{_word(finding)} {finding.verdict} in {where}: {change}"
 
 

@@ -113,6 +113,14 @@ def test_a_loss_in_a_metric_that_is_not_listed_is_told():
     assert verdict_on(OLD, column("new", **rough)).text == "new is worse than old, in jerk."
 
 
+def test_a_mean_whose_interval_holds_zero_is_said_to_be_unsure():
+    # 19 are 1 s quicker and one 12 s slower: -0.35 s in the mean, and 1.4 s to either side of it.
+    gains = np.where(np.arange(GOALS) < 1, 12.0, -1.0) + WANDERING
+    (detail,) = verdict_on(OLD, column("new", time_to_goal_s=OLD["time_to_goal_s"] + gains)).details
+    assert detail.startswith("time to the goal better in map: 20.1 -> 19.8 s (-0.3")
+    assert detail.endswith("; the ranks decide, as a few pairs make the mean unsure)")
+
+
 def test_who_drives_to_each_goal_more_often_is_not_worse_for_it():
     """Of four trials a goal one fails; the other run has the first of them alone."""
     often = pd.concat([OLD.assign(seed=seed, outcome="succeeded") for seed in range(3)])
