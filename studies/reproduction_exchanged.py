@@ -24,7 +24,7 @@ from drake_navbench.commands.command_line import exit_status_of
 
 
 def verdicts_by_assignment(trials: pd.DataFrame) -> dict[tuple[str, ...], Counter[FindingVerdict]]:
-    """Returns how many claims have each verdict, by the columns in the order of the names."""
+    """Returns the number of claims with each verdict, by the columns in the order of the names."""
     names, columns = zip(*PUBLISHED_SETTINGS.presets.items(), strict=True)
     repeated = repeated_cells(trials)
     found = {}
