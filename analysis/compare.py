@@ -14,9 +14,11 @@ from typing import NamedTuple
 
 import pandas as pd
 
+from drake_navbench.analysis.compared_inputs import lines_on_inputs
 from drake_navbench.analysis.contests import (
     Match,
     contest_of,
+    matched_trials,
     matches_between,
     matches_within,
     read_matches,
@@ -53,12 +55,16 @@ MOST_LINES = 8
 
 
 class Unmatched(NamedTuple):
-    """Trials of a controller in a scenario that cannot be compared. reason: the seeds, and why."""
+    """Trials of a controller in a scenario that cannot be compared. reason: the seeds, and why.
+
+    is_new: whether only the judged folder has this controller in this scenario.
+    """
 
     folder: str
     scenario: str
     controller: str
     reason: str
+    is_new: bool = False
 
     def __str__(self) -> str:
         return f"{self.scenario} / {self.controller}: {self.reason}"
@@ -69,8 +75,9 @@ class FolderComparison:
     """Every finding, and what could not be compared.
 
     listed: the metrics whose getting worse is a regression. unmatched: trials and columns that only
-    one of the folders has. left_out: unreadable files. contests: the compared tables, one contest a
-    folder. matches: the pairs of columns of each contest. analyses: the analyses of the folders.
+    one of the folders has. left_out: unreadable files. changed_inputs: lines on scenarios and
+    robots that differ. contests: the compared tables, one contest a folder. matches: the pairs of
+    columns of each contest. analyses: the analyses of the folders.
     """
 
     baseline: str
@@ -78,6 +85,7 @@ class FolderComparison:
     judged: Judged
     unmatched: tuple[Unmatched, ...]
     left_out: tuple[LeftOut, ...]
+    changed_inputs: tuple[str, ...] = ()
     contests: tuple[Contest, ...] = ()
     matches: tuple[tuple[Match, ...], ...] = ()
     analyses: tuple[FolderAnalysis, ...] = ()
@@ -125,7 +133,17 @@ class FolderComparison:
         return [
             *map(str, self.unmatched),
             *(f"{entry.path}: {entry.reason}" for entry in self.left_out),
+            *(
+                f"{f.scenario} / {f.controller}: {f.quantity.name} has no value any more"
+                for f in self.listed_findings
+                if f.verdict is PairedVerdict.GONE
+            ),
         ]
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether everything is compared, but for columns and scenarios that are new."""
+        return len(self.not_compared) == sum(entry.is_new for entry in self.unmatched)
 
     @property
     def summary(self) -> str:
@@ -173,10 +191,10 @@ def compare_folders(
     judged = judge_pairs(contests, listed=listed, tolerance=tolerance)
     compared = {finding.label for finding in judged.findings}
     unmatched: list[Unmatched] = []
-    for contest in contests:
+    for contest, other, own in zip(contests, others or [baseline], found, strict=True):
         if contest.label not in compared:
             raise InputError(_nothing_common(contest, str(folders[0])))
-        unmatched += _unmatched(contest.before, contest.after, contest.label)
+        unmatched += _unmatched(*matched_trials(baseline.trials, other.trials, own), contest.label)
     return FolderComparison(
         baseline=str(folders[0]),
         listed=listed,
@@ -186,6 +204,9 @@ def compare_folders(
             LeftOut(f"{a.path}/{entry.path}", entry.reason)
             for a in analyses
             for entry in a.left_out
+        ),
+        changed_inputs=tuple(
+            f"{other.path}: {line}" for other in others for line in _changes(baseline, other)
         ),
         contests=tuple(contests),
         matches=tuple(tuple(own) for own in found),
@@ -218,6 +239,14 @@ def _matches_within(folder: FolderAnalysis, texts: Sequence[str]) -> list[Match]
 def _contest(baseline: FolderAnalysis, other: FolderAnalysis, matches: Sequence[Match]) -> Contest:
     suites = {**baseline.manifest.get("suites", {}), **other.manifest.get("suites", {})}
     return contest_of(baseline.trials, other.trials, matches, suites, str(other.path))
+
+
+def _changes(baseline: FolderAnalysis, other: FolderAnalysis) -> list[str]:
+    versions = [analysis.manifest.get("drake_navbench") for analysis in (baseline, other)]
+    lines = lines_on_inputs(baseline.path, other.path)
+    if all(versions) and versions[0] != versions[1]:
+        lines.append(f"driven by version {versions[1]}, the baseline by {versions[0]}")
+    return lines
 
 
 def _nothing_common(contest: Contest, baseline: str) -> str:
@@ -277,10 +306,12 @@ def to_markdown(comparison: FolderComparison) -> str:
     ):
         if chosen:
             lines += [f"## {title}", "", *table(chosen), ""]
-    if comparison.not_compared:
-        lines += ["## Not compared", ""]
-        lines += [f"- {line}" for line in comparison.not_compared]
-        lines.append("")
+    for title, notes in (
+        ("Not compared", comparison.not_compared),
+        ("Driven with other inputs", comparison.changed_inputs),
+    ):
+        if notes:
+            lines += [f"## {title}", "", *(f"- {line}" for line in notes), ""]
     return "\n".join(lines)
 
 
@@ -324,7 +355,7 @@ def _unmatched(baseline: pd.DataFrame, other: pd.DataFrame, name: str) -> list[U
         for cell in dict.fromkeys([*before, *after])
     }
     return [
-        Unmatched(name, scenario, controller, reason)
+        Unmatched(name, scenario, controller, reason, (scenario, controller) not in before)
         for (scenario, controller), reason in reasons.items()
         if reason
     ]

@@ -17,7 +17,7 @@ from drake_navbench.analysis.html import page_environment
 from drake_navbench.analysis.metrics.definition import Better
 from drake_navbench.analysis.numbers import number, short_number, typeset
 from drake_navbench.analysis.pair_verdict import NO_DIFFERENCE, WORDS, finding_words
-from drake_navbench.analysis.paired_tests import Family, Finding, PairedVerdict
+from drake_navbench.analysis.paired_tests import Family, Finding
 from drake_navbench.analysis.paired_text import PROMISE
 from drake_navbench.analysis.paired_trials import Contest
 from drake_navbench.logs.outcome import FROM_WORST, Outcome
@@ -131,6 +131,7 @@ def write_compare_page(comparison: FolderComparison, path: Path) -> None:
         "summary": comparison.summary,
         "promise": PROMISE,
         "not_compared": comparison.not_compared,
+        "changed_inputs": comparison.changed_inputs,
         "strip": (STRIP_WIDTH, STRIP_HEIGHT),
     }
     write_text(path, environment.get_template("compare.html").render(page=page))
@@ -260,7 +261,7 @@ def _strips(
     """Yields a strip for each listed metric and scenario that has pairs with a value."""
     for finding in findings:
         quantity = finding.quantity
-        if quantity.family is not Family.LISTED or finding.verdict is PairedVerdict.NO_VALUE:
+        if quantity.family is not Family.LISTED or not finding.comparison.pairs:
             continue
         own = [
             (f"{_scenario_of(old)}: ", float(new[quantity.name]) - float(old[quantity.name]))

@@ -10,9 +10,11 @@ import zlib
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
-from drake_navbench.analysis.paired_trials import Contest
+from drake_navbench.analysis.paired_trials import IDENTITY, Contest
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.logs.outcome import FROM_WORST
 
@@ -160,7 +162,29 @@ def contest_of(
 ) -> Contest:
     """Returns the contest of these columns.
 
-    before, after: tables with one row a trial; may be the same table. suites: by scenario.
+    before, after: tables with one row a trial; may be the same table. suites: by scenario. Of a
+    task that both drove, only the trials with equal seeds count: a task that is driven more often
+    has more trials in which something can go wrong.
+    """
+    tables = matched_trials(before, after, matches)
+    driven = [_of_tasks(table, suites) for table in tables]
+    common = [
+        _rows_in(own, other, IDENTITY) | ~_rows_in(own, other, IDENTITY[:2])
+        for own, other in (driven, driven[::-1])
+    ]
+    own_before, own_after = (
+        by_task(table.drop(own.index[~kept]), suites)
+        for table, own, kept in zip(tables, driven, common, strict=True)
+    )
+    return Contest(own_before, own_after, label)
+
+
+def matched_trials(
+    before: pd.DataFrame, after: pd.DataFrame, matches: Sequence[Match]
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Returns the trials of both tables; matched columns have the names of their matches.
+
+    Columns without a partner keep theirs; they are reported as not compared.
     """
     tables = []
     for side, table in enumerate((before, after)):
@@ -168,7 +192,6 @@ def contest_of(
             table[table["controller"] == match[side]].assign(controller=match.name)
             for match in matches
         ]
-        # Controllers without a partner are reported as not compared.
         other = set((after, before)[side]["controller"])
         taken = {match[side] for match in matches}
         parts += [
@@ -176,9 +199,20 @@ def contest_of(
             for name in dict.fromkeys(table["controller"])
             if name not in taken and name not in other
         ]
-        chosen = pd.concat(parts, ignore_index=True) if parts else table.iloc[:0]
-        tables.append(by_task(chosen, suites))
-    return Contest(tables[0], tables[1], label)
+        tables.append(pd.concat(parts, ignore_index=True) if parts else table.iloc[:0])
+    return tables[0], tables[1]
+
+
+def _of_tasks(trials: pd.DataFrame, suites: Mapping[str, str]) -> pd.DataFrame:
+    """Returns the trials of the tasks of suites of several tasks."""
+    own = [suites[name] for name in dict.fromkeys(trials["scenario"]) if name in suites]
+    several = {scenario for scenario, suite in suites.items() if own.count(suite) > 1}
+    return trials[trials["scenario"].isin(list(several))]
+
+
+def _rows_in(trials: pd.DataFrame, other: pd.DataFrame, columns: list[str]) -> NDArray[np.bool_]:
+    """Returns for each trial whether another table has one that is equal in these columns."""
+    return pd.MultiIndex.from_frame(trials[columns]).isin(pd.MultiIndex.from_frame(other[columns]))
 
 
 def by_task(trials: pd.DataFrame, suites: Mapping[str, str]) -> pd.DataFrame:
@@ -187,28 +221,21 @@ def by_task(trials: pd.DataFrame, suites: Mapping[str, str]) -> pd.DataFrame:
     Metrics are means over the trials of the task. A task counts as an error, as touching or as not
     arrived if one of its trials does. A suite of a single task stays as it is.
     """
-    members: dict[str, list[str]] = {}
-    for scenario in dict.fromkeys(trials["scenario"]):
-        if scenario in suites:
-            members.setdefault(suites[scenario], []).append(scenario)
-    suite_of = {s: name for name, own in members.items() if len(own) > 1 for s in own}
-    is_task = trials["scenario"].isin(list(suite_of))
-    if not is_task.any():
+    tasks = _of_tasks(trials, suites)
+    if tasks.empty:
         return trials
     numbers = [c for c in trials.select_dtypes("number") if c not in ("seed", "trial")]
     rows = []
-    for (scenario, controller), own in trials[is_task].groupby(
-        ["scenario", "controller"], sort=False
-    ):
+    for (scenario, controller), own in tasks.groupby(["scenario", "controller"], sort=False):
         rows.append(
             own.iloc[0].to_dict()
             | own[numbers].mean().to_dict()
             | {
-                "scenario": suite_of[str(scenario)],
+                "scenario": suites[str(scenario)],
                 "controller": controller,
                 "seed": zlib.crc32(str(scenario).encode()),
                 "outcome": min(own["outcome"], key=FROM_WORST.index),
                 "task": scenario,
             }
         )
-    return pd.concat([trials[~is_task], pd.DataFrame(rows)], ignore_index=True)
+    return pd.concat([trials.drop(tasks.index), pd.DataFrame(rows)], ignore_index=True)

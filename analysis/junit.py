@@ -27,7 +27,7 @@ def case_of(finding: Finding, undecided: Collection[Finding], *labels: str) -> C
     name = finding.quantity.name
     if finding.verdict is PairedVerdict.WORSE:
         return Case(place, name, FAILURE, sentence(finding))
-    if finding.verdict is PairedVerdict.NO_VALUE:
+    if finding.verdict in (PairedVerdict.NO_VALUE, PairedVerdict.GONE):
         return Case(place, name, SKIPPED, "no pair of trials with a value")
     if finding in undecided:
         return Case(place, name, OUTPUT, undecided_sentence(finding))

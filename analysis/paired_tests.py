@@ -81,6 +81,7 @@ class PairedVerdict(StrEnum):
     UNDECIDED = "undecided"
     EQUAL = "equal in every trial"
     NO_VALUE = "no value"
+    GONE = "no value any more"
 
 
 class Quantity(NamedTuple):
@@ -248,7 +249,10 @@ def fewest_differing(level: float) -> int:
 
 
 class _Test(NamedTuple):
-    """A test before it is corrected. smallest: the smallest p-value that its pairs can give."""
+    """A test before it is corrected. smallest: the smallest p-value that its pairs can give.
+
+    is_gone: whether the base has values, and the head has none in any of these pairs.
+    """
 
     cell: PairedCell
     quantity: Quantity
@@ -256,6 +260,7 @@ class _Test(NamedTuple):
     comparison: PairedComparison
     differing: int
     is_one_trial: bool
+    is_gone: bool
 
     @property
     def p_value(self) -> float:
@@ -302,7 +307,8 @@ def _test(
             interval=Interval(PERCENT * low, PERCENT * high),
             p_value=sign_test_p_value(wins, losses),
         )
-    return _Test(cell, quantity, base_mean, found, differing, is_one_trial)
+    is_gone = bool(np.isfinite(first).any()) and not np.isfinite(second).any()
+    return _Test(cell, quantity, base_mean, found, differing, is_one_trial, is_gone)
 
 
 def _findings(tests: Sequence[_Test], tolerance: float) -> list[Finding]:
@@ -336,7 +342,7 @@ def _findings(tests: Sequence[_Test], tolerance: float) -> list[Finding]:
 def _verdict(test: _Test, p_value: float, tolerance: float) -> PairedVerdict:
     quantity, found = test.quantity, test.comparison
     if not found.pairs:
-        return PairedVerdict.NO_VALUE
+        return PairedVerdict.GONE if test.is_gone else PairedVerdict.NO_VALUE
     if not test.differing:
         return PairedVerdict.EQUAL
     # The test uses ranks: if the mean has the opposite sign, a few trials make that mean.
@@ -351,8 +357,8 @@ def _verdict(test: _Test, p_value: float, tolerance: float) -> PairedVerdict:
     if quantity.better is Better.NEITHER:
         return PairedVerdict.CHANGED
     is_lower = found.difference < 0.0
-    return (
-        PairedVerdict.BETTER
-        if is_lower == (quantity.better is Better.LOWER)
-        else PairedVerdict.WORSE
-    )
+    if is_lower != (quantity.better is Better.LOWER):
+        return PairedVerdict.WORSE
+    # Where neither column arrives, who stands still has the largest clearance.
+    is_in_vain = not is_outcome and not test.cell.arrived.any()
+    return PairedVerdict.CHANGED if is_in_vain else PairedVerdict.BETTER

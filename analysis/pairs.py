@@ -9,6 +9,9 @@ Every statement that one column is better than another is decided here. There ar
   nothing about the distribution of the values, and needs more pairs.
 
 A difference must be larger than two bars to matter: 1% of the larger mean, and `Metric.relevant`.
+
+Differences that are all equal have an interval without width, which two or three pairs give by
+chance where values are coarse, as counts are. It counts only from `can_be_certain` on.
 """
 
 from __future__ import annotations
@@ -31,6 +34,7 @@ from drake_navbench.analysis.paired_comparison import (
 from drake_navbench.analysis.statistics import (
     CONFIDENCE,
     ROUNDING,
+    UNDEFINED_INTERVAL,
     Interval,
     share_interval,
     student_interval,
@@ -80,6 +84,15 @@ class ComparedPair(NamedTuple):
 def confidence_of_each(count: int) -> float:
     """Returns the confidence of each of `count` intervals that together hold with 95%."""
     return 1.0 - (1.0 - CONFIDENCE) / max(count, 1)
+
+
+def can_be_certain(pairs: int, confidence: float) -> bool:
+    """Returns whether so many equal differences that are not 0 are no accident.
+
+    Two independent values of one distribution differ by a given amount with a probability of 1/4 at
+    most, and either of the two may be the larger one.
+    """
+    return 2.0 * 0.25**pairs <= 1.0 - confidence
 
 
 def smallest_p_value(pairs: int, comparisons: int) -> float:
@@ -156,9 +169,7 @@ def compare_every_pair(
         ComparedPair(
             *pair,
             comparison,
-            student_interval(
-                comparison.difference, comparison.sd, comparison.pairs, confidence=confidence
-            ),
+            _interval_of(comparison, confidence),
             float(p_value),
             max(floor, smallest_p_value(comparison.pairs, 1)) < 1.0 - CONFIDENCE,
         )
@@ -166,6 +177,19 @@ def compare_every_pair(
             names, found, holm([comparison.p_value for comparison in found]), strict=True
         )
     ]
+
+
+def _interval_of(comparison: PairedComparison, confidence: float) -> Interval:
+    """Returns Student's interval; undefined where too few pairs are all equal, but not 0."""
+    if comparison.difference and _is_by_chance(comparison, confidence):
+        return UNDEFINED_INTERVAL
+    return student_interval(
+        comparison.difference, comparison.sd, comparison.pairs, confidence=confidence
+    )
+
+
+def _is_by_chance(comparison: PairedComparison, confidence: float) -> bool:
+    return comparison.sd <= ROUNDING and not can_be_certain(comparison.pairs, confidence)
 
 
 def gap(
@@ -193,15 +217,18 @@ def gap(
     bars = RELEVANT_RATIO * np.abs(larger.to_numpy(dtype=float)[: len(by_pair)][is_pair])
     least = max(relevant, ROUNDING)
     found = _interval(gaps, confidence)
+    by_chance = not is_one_trial and _is_by_chance(comparison, confidence)
     return Gap(
         comparison,
-        is_shown=found.low > least and _interval(gaps - bars, confidence).low > 0.0,
+        is_shown=not by_chance
+        and found.low > least
+        and _interval(gaps - bars, confidence).low > 0.0,
         is_level=(-least <= found.low and found.high <= least)
         or (
             _interval(gaps - bars, confidence).high <= 0.0
             and _interval(gaps + bars, confidence).low >= 0.0
         ),
-        is_ahead=found.low > ROUNDING,
+        is_ahead=not by_chance and found.low > ROUNDING,
     )
 
 

@@ -192,7 +192,11 @@ def _first_places(
     for scenario in contested:
         for metric, best in best_ones(scenario).items():
             firsts.setdefault(best, {}).setdefault(metric, []).append(scenario.scenario)
-    cheapest = compute[0].best if compute and contested else None
+    cheapest = compute[0].best if compute else None
+    # Who never arrives needs little time in vain.
+    arrived = {s.controller for scenario in contested for s in scenario.successes if s.succeeded}
+    if cheapest not in arrived:
+        cheapest = None
     if cheapest:
         firsts.setdefault(cheapest, {})
     if not firsts:

@@ -33,6 +33,7 @@ from drake_navbench.analysis.sweeps import (
     slopes,
     swept_fields,
 )
+from drake_navbench.analysis.verdicts import comparable_trials
 from drake_navbench.logs.results import ResultsFolder, file_name
 from drake_navbench.logs.text_tables import csv_text
 from drake_navbench.typed_files.output_file import write_text
@@ -104,6 +105,7 @@ def _scenario_section(
     folder: Path, scenario: str, rows: pd.DataFrame, fields: list[str], columns: list[str]
 ) -> ScenarioSection:
     look = Look(list(dict.fromkeys(rows["controller"])), columns)
+    rows = comparable_trials(rows, [entry.name for entry in headline_metrics()])
     stem = folder / FIGURES / file_name(scenario)
     axes = [_axis_section(stem, rows, field, look) for field in fields if rows[field].notna().any()]
     return ScenarioSection(scenario, axes, list(_maps(stem, rows, fields)))

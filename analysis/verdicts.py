@@ -31,7 +31,7 @@ SIGNIFICANT_DIGITS = 3
 # From this number of controllers on, a list of all of them tells less than their number.
 MANY = 4
 NOTHING_RANDOM = "n = 1: nothing in these trials is random"
-NOBODY_TOUCHED: Mapping[str, int] = {}
+NO_FAULTS: Mapping[str, str] = {}
 EXTREMES = {Better.LOWER: "lowest", Better.HIGHER: "highest"}
 
 
@@ -41,7 +41,7 @@ class FirstPlace(StrEnum):
     BEST = "best"
     LEVEL = "level"
     UNDECIDED = "not decided"
-    TOUCHED = "touched"
+    FAULTY = "faulty"
     NO_CONTEST = "no contest"
 
 
@@ -50,10 +50,10 @@ class MetricVerdict(NamedTuple):
 
     standing: BEST: every other controller is shown to be behind the leader by more than matters,
     with 95% confidence in all comparisons together (or, where nothing is random, in the one trial).
-    LEVEL: the other leaders are shown to differ from the first by less than matters. TOUCHED: the
-    leader would be best, but touched an obstacle. NO_CONTEST: no controller reached the goal.
-    order: the controllers with a value, best mean first. leaders: the first controller, and those
-    that are not shown to be behind it. text: one sentence.
+    LEVEL: the other leaders are shown to differ from the first by less than matters. FAULTY: the
+    leader would be best, but has a fault of `faults_of`. NO_CONTEST: no controller reached the
+    goal. order: the controllers with a value, best mean first. leaders: the first controller, and
+    those that are not shown to be behind it. text: one sentence.
     """
 
     scenario: str
@@ -85,6 +85,30 @@ def touch_counts(trials: pd.DataFrame) -> dict[str, int]:
     return {str(name): int(count) for name, count in touched.value_counts(sort=False).items()}
 
 
+def faults_of(trials: pd.DataFrame) -> dict[str, str]:
+    """Returns by controller why it is best in nothing in a scenario; those without are left out.
+
+    It touched something, ended as an error, or arrives in fewer of its trials than another: who
+    gives up where the way is slow is not the quickest.
+    """
+    faults: dict[str, str] = {}
+    arrived = {
+        str(name): (int(own.sum()), len(own))
+        for name, own in (~is_failed(trials)).groupby(trials["controller"], sort=False)
+    }
+    most = max(arrived, key=lambda name: arrived[name][0] / arrived[name][1], default="")
+    for name, (count, of) in arrived.items():
+        if count / of < arrived[most][0] / arrived[most][1]:
+            best = " of ".join(map(str, arrived[most]))
+            faults[name] = f"arrived in {count} of {counted(of, 'trial')}, {most} in {best}"
+    errors = trials.loc[trials["outcome"] == Outcome.ERROR, "controller"].value_counts(sort=False)
+    for name, count in errors.items():
+        faults[str(name)] = f"ended as an error in {counted(int(count), 'trial')}"
+    for name, count in touch_counts(trials).items():
+        faults[name] = f"touched something in {counted(count, 'trial')}"
+    return faults
+
+
 def comparable_trials(trials: pd.DataFrame, metrics: Iterable[str]) -> pd.DataFrame:
     """Returns the trials of one scenario with the metrics of failed trials taken out.
 
@@ -108,18 +132,18 @@ def scenario_verdicts(
 
     trials: all trials of the scenario. A metric with nothing to compare has no verdict.
     """
-    counted = comparable_trials(trials, [name for name in names if name in trials])
+    comparable = comparable_trials(trials, [name for name in names if name in trials])
     repeated = repeated_controllers(repeated_cells(trials), scenario)
-    touches = touch_counts(trials)
+    faults = faults_of(trials)
     anyone_arrived = not is_failed(trials).all()
     found = (
         verdict(
-            counted,
+            comparable,
             scenario,
             entry,
             anyone_arrived=anyone_arrived,
             repeated=repeated,
-            touches=touches,
+            faults=faults,
         )
         for entry in all_metrics()
         if entry.name in names and entry.name in trials
@@ -134,14 +158,14 @@ def verdict(
     *,
     anyone_arrived: bool = True,
     repeated: frozenset[str] = frozenset(),
-    touches: Mapping[str, int] = NOBODY_TOUCHED,
+    faults: Mapping[str, str] = NO_FAULTS,
 ) -> MetricVerdict | None:
     """Returns the verdict on a metric; None where there is nothing to compare.
 
     The metric needs a good direction and a value for at least two controllers. anyone_arrived:
     whether a trial of the scenario reached its goal; else no controller is best. repeated: the
-    controllers whose trials are all equal. touches: as from `touch_counts`; a controller that
-    touched something is not best.
+    controllers whose trials are all equal. faults: as from `faults_of`; a controller with one is
+    not best.
     """
     if entry.better is Better.NEITHER:
         return None
@@ -164,15 +188,14 @@ def verdict(
     level = [other for other in others if gaps[other].is_level]
     leaders = [leader, *(other for other in others if not gaps[other].is_shown)]
     if len(leaders) == 1:
-        touched = touches.get(leader, 0) if anyone_arrived else 0
-        standing = FirstPlace.TOUCHED if touched else FirstPlace.BEST
-        place = "first" if touched else "best" if anyone_arrived else EXTREMES[entry.better]
+        fault = faults.get(leader, "") if anyone_arrived else ""
+        standing = FirstPlace.FAULTY if fault else FirstPlace.BEST
+        place = "first" if fault else "best" if anyone_arrived else EXTREMES[entry.better]
         note = f" ({NOTHING_RANDOM})" if once >= {leader, others[0]} else ""
         text = f"{leader} is {place}: {_number(means[leader], entry.unit)}; next {others[0]}, "
         text += f"{_gap(gaps[others[0]].comparison, entry.unit)}{note}"
-        if touched:
-            count = counted(touched, "trial")
-            text += f"; but {leader} touched something in {count}, so that nobody is best"
+        if fault:
+            text += f"; but {leader} {fault}, so that nobody is best"
     elif leaders == [leader, *level]:
         standing = FirstPlace.LEVEL
         text = f"level: {', '.join(leaders)} {_how_close(gaps, means, level, entry)}"

@@ -258,6 +258,20 @@ def test_a_loss_that_is_not_decided_is_a_warning_and_fails_nothing(runner):
     assert "touch_rate undecided: 0 -> 33.33 %" in (folder / "comparison.md").read_text()
 
 
+def test_a_change_of_which_a_trial_is_missing_is_refused(runner):
+    # As of a worker that was killed from outside, after which the run goes on.
+    folder = runner.temp / "drake_navbench"
+    for name, trials in (("results_base", 3), ("results", 2)):
+        results = ResultsFolder(folder / name)
+        for trial in range(trials):
+            results.write_log(with_trial("succeeded", trial))
+        results.write_manifest({"scenarios": ["restricted_small"], "controllers": ["rpp"]})
+    runner.outputs["prepare"] = {"folder": str(folder)}
+    done = runner.run("Compare", context(runner))
+    assert (done.returncode, runner.outputs["compare"]["regressed"]) == (0, "true")
+    assert "1 trial has no partner" in (folder / "comparison.md").read_text()
+
+
 def with_trial(outcome: str, trial: int) -> TrialLog:
     log = driven()
     scenario = dict(log.info["scenario"]) | {"expected_outcome": "succeeded"}

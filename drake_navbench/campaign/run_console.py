@@ -12,6 +12,7 @@ from drake_navbench.analysis.rank_changes import rank_changes
 from drake_navbench.analysis.sweeps import SUCCEEDED, long_table, response_table, swept_fields
 from drake_navbench.analysis.tables import PRINTED, best_of, metrics_table, suite_tables
 from drake_navbench.analysis.totals import totals
+from drake_navbench.analysis.verdicts import comparable_trials
 from drake_navbench.campaign.campaign import Campaign
 from drake_navbench.campaign.console import terminal, unsuccessful_lines
 from drake_navbench.campaign.driving import Undriven
@@ -28,7 +29,8 @@ from drake_navbench.logs.results import ResultsFolder
 TOLD_OF_REPORT = 2
 # What a table shows in place of another metric, where nobody can reach the goal.
 IN_IMPOSSIBLE = {"time_to_goal_s": "stall_time_s"}
-PRINTED_IN_SWEEP = {SUCCEEDED: "share", "time_to_goal_s": "s", "min_clearance_m": "m"}
+OF_ARRIVALS = {"time_to_goal_s": "s", "min_clearance_m": "m"}
+PRINTED_IN_SWEEP = {SUCCEEDED: "share"} | OF_ARRIVALS
 
 
 def lines_on_inputs(request: Request, campaign: Campaign) -> Iterator[str]:
@@ -60,6 +62,7 @@ def print_tables(
     impossible = {spec.scenario.name for spec in campaign.specs if spec.scenario.is_impossible}
     if campaign.sweep:
         for scenario, rows in long_table(trials, campaign.sweep).groupby("scenario", sort=False):
+            rows = comparable_trials(rows, OF_ARRIVALS)
             table = response_table(rows, swept_fields(campaign.sweep), PRINTED_IN_SWEEP)
             print_table(console, table, str(scenario))
     else:
@@ -77,7 +80,7 @@ def print_tables(
         if marks:
             console.print(f"{BEST_MARK} shown to be best, with 95% confidence against all others")
         for suite, table in suite_tables(trials, names).items():
-            print_table(console, table, f"{suite}: means over its worlds")
+            print_table(console, table, f"{suite}: each controller's means over its own arrivals")
     print_totals(console, totals(trials))
     if lines := () if campaign.sweep else unsuccessful_lines(trials, impossible):
         console.print("Trials that did not reach the goal")

@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from drake_navbench.analysis.compare import FolderComparison, compare_folders
+from drake_navbench.analysis.contests import by_task
 from drake_navbench.analysis.folder_analysis import analyse_folder
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.numbers import counted
 from drake_navbench.analysis.repeats import repeated_cells, repeated_controllers
-from drake_navbench.analysis.verdicts import comparable_trials, touch_counts, verdict
+from drake_navbench.analysis.totals import suites_of
+from drake_navbench.analysis.verdicts import comparable_trials, faults_of, verdict
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder
@@ -87,9 +89,10 @@ class Results:
     def best(self, metric: str = "time_to_goal_s", scenario: str | None = None) -> str | None:
         """Returns the controller that is shown to be best, None where the trials do not show one.
 
-        By the rules of the report's verdicts, over all scenarios unless one is named; equal trials
-        of a controller in a scenario count once. Raises InputError where the metric or the scenario
-        is not known.
+        By the rules of the report's verdicts, over all scenarios unless one is named. Each task of
+        a suite, such as a goal on a map, is one pair, however many trials it has; equal trials of a
+        controller in a scenario count once. Raises InputError where the metric or the scenario is
+        not known.
         """
         metrics = {entry.name: entry for entry in all_metrics()}
         if metric not in metrics:
@@ -98,8 +101,12 @@ class Results:
         if scenario is not None:
             self._require_run("scenario", scenario)
             trials = trials[trials["scenario"] == scenario]
+        trials = by_task(
+            trials, {name: suite for name, suite in suites_of(trials).items() if suite}
+        )
         repeated = repeated_cells(trials) if entry.is_repeatable else frozenset()
         cells = pd.MultiIndex.from_frame(trials[["scenario", "controller"]])
+        faults = faults_of(trials)
         trials = trials[~(cells.isin(list(repeated)) & cells.duplicated())]
         driven = list(dict.fromkeys(trials["scenario"]))
         groups = trials.groupby("scenario", sort=False)
@@ -111,7 +118,7 @@ class Results:
             entry,
             repeated=repeated_controllers(repeated, driven[0]) if len(driven) == 1 else frozenset(),
             anyone_arrived=bool((trials["outcome"] == "succeeded").any()),
-            touches=touch_counts(trials),
+            faults=faults,
         )
         return None if judged is None else judged.best
 

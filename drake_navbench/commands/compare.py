@@ -35,7 +35,7 @@ A regression test for CI:
 
 exit status: 0 no metric of --fail-on got worse; 1 one did, or a trial ended in
 an error that did not in BASELINE, or with --require-all something could not be
-compared; 2 wrong input, or nothing could be compared
+compared that is not new in OTHER; 2 wrong input, or nothing could be compared
 """
 
 
@@ -76,8 +76,8 @@ def build_parser() -> argparse.ArgumentParser:
     option("--junit FILE", "also write all changes as JUnit XML", Path)
     option(
         "--require-all",
-        "fail, too, for a scenario, controller or trial that only one folder has or that cannot "
-        "be read",
+        "fail, too, for a trial that one folder lacks or that cannot be read, and for a listed "
+        "metric without any value in OTHER; not for a scenario or controller that only OTHER has",
     )
     option("--jobs N", "parallel processes (2)", positive_number, 2)
     return parser
@@ -112,6 +112,7 @@ def _compare(arguments: argparse.Namespace) -> int:
         "regression": [*lost_lines(comparison.errors), *map(sentence, comparison.regressions)],
         "not decided": comparison.undecided_losses,
         "not compared": comparison.not_compared,
+        "other inputs": comparison.changed_inputs,
     }
     for kind, lines in found.items():
         most = len(lines) if arguments.all or arguments.markdown else MOST_OF_A_KIND
@@ -121,7 +122,7 @@ def _compare(arguments: argparse.Namespace) -> int:
             print(f"{kind}: {len(lines) - most} more (--all)", file=sys.stderr)
     print(comparison.summary, file=sys.stderr)
     worse = comparison.regressions or comparison.errors
-    fails = worse or (arguments.require_all and comparison.not_compared)
+    fails = worse or (arguments.require_all and not comparison.is_complete)
     return EXIT_REGRESSION if fails else EXIT_DONE
 
 

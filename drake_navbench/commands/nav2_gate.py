@@ -45,7 +45,7 @@ To judge the trials of an earlier gate again, without building or driving, give
 
 exit status: 0 green; 1 red: a trial ended in an error, or something became
 worse by more than the tolerance; 2 wrong input, or not judged: trials ended in
-errors in both builds
+errors in both builds, or a listed metric has no value any more
 """
 
 
@@ -135,6 +135,9 @@ def _gate(arguments: argparse.Namespace) -> int:
             tell(f"came to no end: {line}")
         for finding in result.regressions:
             tell(f"regression: {sentence(finding)}")
+        for finding in result.gone:
+            place = f"{finding.scenario}, {finding.controller}"
+            tell(f"not judged: {place}: {finding.quantity.name} has no value any more")
         for finding in result.judged.undecided_losses:
             tell(f"not decided: {undecided_sentence(finding)}")
     return EXITS[result.light.name]

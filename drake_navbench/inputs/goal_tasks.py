@@ -135,7 +135,19 @@ def _tasks(
     stem = ground.name.partition(".")[0]
     origin: Pose = (goals.places[0].pose.x, goals.places[0].pose.y, 0.0)
     floor = _Floor(made(origin, origin, stem), robots)
-    legs = [*(_edge_legs if goals.edges is not None else _list_legs)(goals, floor, start)]
+    every = [*(_edge_legs if goals.edges is not None else _list_legs)(goals, floor, start)]
+    # A patrol comes along the same way again: driven twice, one task would count as two.
+    first: dict[tuple[Pose, Pose], _Leg] = {}
+    for leg in every:
+        first.setdefault((leg.start, leg.goal), leg)
+    legs = list(first.values())
+    if len(legs) < len(every):
+        warnings.warn(
+            f"{goals.path}: {len(every) - len(legs)} of {len(every)} ways repeat an earlier one; "
+            "each is driven once",
+            InputWarning,
+            stacklevel=4,
+        )
     if not legs:
         raise InputError(
             f"{goals.path}: no way between two of its {len(goals.places)} places; expected two "

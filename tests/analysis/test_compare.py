@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from functools import cache
 from xml.etree import ElementTree
 
@@ -240,7 +241,32 @@ def test_what_only_one_folder_has_is_told_skipped_and_fails_on_demand(
     assert len(skipped) == int(suite.attrib["skipped"])
     assert len(suite) == int(suite.attrib["tests"])
     assert "trials" in {case.attrib["name"] for case in skipped}
-    assert command.main([*arguments, "--require-all"]) == 1
+    # A column that is new in a scenario is no gap.
+    assert command.main([*arguments, "--require-all"]) == (0 if is_reversed else 1)
+
+
+def test_scenarios_and_robots_that_differ_are_named(folders, tmp_path, capsys):
+    changed = shutil.copytree(folders["main"], tmp_path / "changed")
+    for root, goal, mass_kg in ((folders["main"], 2.0, 60.0), (changed, 3.0, 61.0)):
+        for kind, text in (
+            ("scenarios", f"goal: [{goal}, 0.0, 0.0]"),
+            ("robots", f"mass_kg: {mass_kg}\ndescription: {root}\nnavigation: {{a: {goal}}}"),
+        ):
+            (root / "inputs" / kind).mkdir(parents=True, exist_ok=True)
+            (root / "inputs" / kind / "empty.yaml").write_text(text)
+    told = compared(folders["main"], changed).changed_inputs
+    assert told == (
+        f"{changed}: 1 scenario changed: empty; equal seeds there are no equal trials",
+        f"{changed}: the robot changed: mass_kg",
+    )
+    page, markdown = tmp_path / "page.html", tmp_path / "page.md"
+    pair = [str(folders["main"]), str(changed), "--jobs", "1"]
+    assert command.main([*pair, "--html", str(page), "--markdown", str(markdown)]) == 0
+    for text in (page.read_text(), markdown.read_text(), capsys.readouterr().err):
+        assert "the robot changed: mass_kg" in text
+    (changed / "inputs" / "robots" / "empty.yaml").write_text("mass_kg: [")
+    assert command.main(pair) == 2
+    assert "empty.yaml: cannot be read: " in capsys.readouterr().err
 
 
 def test_a_complete_comparison_satisfies_require_all(folders):

@@ -109,6 +109,8 @@ def test_compute_times_are_compared_as_processor_time_over_all_trials():
     assert "rpp is cheapest to compute over all trials, and is nowhere shown to be" in text
     (verdict,) = found.verdicts
     assert "in 4 trials" in verdict.text
+    in_vain = scenario("bend", outcomes={"rpp": ["aborted"] * 4}, compute_cpu_time_p95_ms=more)
+    assert "cheapest" not in " ".join(summary_of([in_vain]).sentences)
     undecided = {"rpp": [1.0, 1.1, 1.0, 1.1], "dwb": [0.2, 9.0, 3.0, 0.1]}
     unsure = summary_of([scenario("bend", compute_cpu_time_p95_ms=undecided)])
     assert unsure.sentences[1] == ("More trials are needed to say who is cheapest to compute.")
@@ -121,7 +123,7 @@ def test_a_touch_is_told_with_what_the_preset_says_and_takes_the_first_place():
         time_to_goal_s={"rpp": [10.0, 10.1, 9.9, float("nan")], "dwb": TIMES["dwb"]},
     )
     (verdict,) = found.verdicts
-    assert (verdict.standing, verdict.best, verdict.leaders) == ("touched", None, ("rpp",))
+    assert (verdict.standing, verdict.best, verdict.leaders) == ("faulty", None, ("rpp",))
     assert "rpp touched something in 1 trial, so that nobody is best" in verdict.text
     lead = summary_of([found], descriptions={"rpp": "looks at its centre alone"})
     assert lead.sentences[1:] == [

@@ -1,6 +1,7 @@
 """Responses and slopes of a sweep, with numbers that can be checked by hand."""
 
 import math
+import re
 
 import numpy as np
 import pandas as pd
@@ -156,8 +157,19 @@ def test_a_heat_map_has_the_mean_of_each_cell():
 def test_the_page_shows_curves_slopes_and_maps(tmp_path):
     page = write_sweep(tmp_path, trials(), SWEEP).read_text()
     assert page.count("<svg") == 4
-    assert "rpp changes by 10.00 s a unit more than dwb" in page
+    # Slopes of the seeds 2 and 3, which always arrive: 12 and 13 s against 2 s.
+    assert "rpp changes by 10.50 s a unit more than dwb" in page
     assert (tmp_path / "tables" / "sweep.csv").is_file()
+
+
+@pytest.mark.long
+def test_who_gives_up_at_once_is_not_smooth_on_the_page(tmp_path):
+    """At noise 1 the trials of seed 1 are aborted: their jerk of 0 is no slope."""
+    table = trials()
+    table["jerk_rms_mps3"] = np.where(table["outcome"] == "aborted", 0.0, 1.0)
+    page = write_sweep(tmp_path, table, SWEEP).read_text()
+    cell = page.partition('<th scope="row">jerk_rms_mps3</th>')[2].partition("</td><td")[2]
+    assert re.findall(r'class="n">(\S+) <span', cell.partition("</tr>")[0]) == ["0", "0"]
 
 
 @pytest.mark.long

@@ -37,8 +37,8 @@ def test_a_clear_lead_is_named_with_its_gap():
 
 def test_who_touched_something_is_first_and_not_best_whatever_its_name():
     rows = trials(best_yet=[10.0, 10.1, 9.9], dwb=[12.0, 12.2, 11.8])
-    found = verdict(rows, "empty", time_s, touches={"best_yet": 1})
-    assert (found.standing, found.best) == (FirstPlace.TOUCHED, None)
+    found = verdict(rows, "empty", time_s, faults={"best_yet": "touched something in 1 trial"})
+    assert (found.standing, found.best) == (FirstPlace.FAULTY, None)
     assert found.text.startswith("best_yet is first: 10 s; next dwb, +2 s [")
     assert found.text.endswith(
         "; but best_yet touched something in 1 trial, so that nobody is best"
@@ -54,7 +54,7 @@ def test_a_lead_within_the_noise_is_not_claimed_and_the_trials_needed_are_told()
 
 def test_a_lead_over_some_names_those_that_are_level():
     found = verdict(
-        trials(rpp=[10.0, 12.0, 11.0], dwb=[10.5, 12.0, 11.4], teb=[20.0, 22.0, 21.0]),
+        trials(rpp=[10.0, 12.0, 11.0], dwb=[10.5, 12.0, 11.4], teb=[20.0, 22.0, 21.5]),
         "empty",
         time_s,
     )
@@ -71,7 +71,7 @@ def test_a_certain_but_tiny_difference_is_no_lead():
 
 
 def test_only_those_in_front_are_level():
-    rows = trials(dwb=[12.0, 12.1, 12.2], teb=[10.05, 10.15, 10.25], rpp=[10.0, 10.1, 10.2])
+    rows = trials(dwb=[12.0, 12.1, 12.3], teb=[10.05, 10.15, 10.25], rpp=[10.0, 10.1, 10.2])
     found = verdict(rows, "empty", time_s)
     assert (found.standing, found.leaders) == (FirstPlace.LEVEL, ("rpp", "teb"))
 
@@ -169,7 +169,7 @@ def test_one_trial_shows_nothing():
 
 def test_missing_values_are_mentioned():
     found = verdict(
-        trials(rpp=[1.0, 1.0, math.nan], dwb=[2.0, 2.0, 2.0], teb=[math.nan] * 3), "empty", time_s
+        trials(rpp=[1.0, 1.0, math.nan], dwb=[2.0, 2.1, 2.0], teb=[math.nan] * 3), "empty", time_s
     )
     assert found.best == "rpp"
     assert "rpp lacks some" in found.text
@@ -196,11 +196,11 @@ def test_giving_up_early_is_not_being_quick():
 
 
 def test_where_nobody_succeeds_all_trials_are_compared_but_nobody_is_best():
-    rows = trials(rpp=[1.0, 1.0], dwb=[2.0, 2.0])
+    rows = trials(rpp=[1.0, 1.0], dwb=[2.0, 2.1])
     rows["outcome"] = "aborted"
     found = verdict(comparable_trials(rows, ["time_s"]), "empty", time_s, anyone_arrived=False)
     assert (found.standing, found.best) == (FirstPlace.NO_CONTEST, None)
-    assert found.text.startswith("rpp is lowest: 1 s; next dwb, +1 s")
+    assert found.text.startswith("rpp is lowest: 1 s; next dwb, +1.05 s")
 
 
 @metric(unit="s", better="lower", relevant=0.5)

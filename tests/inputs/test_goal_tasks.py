@@ -57,6 +57,13 @@ def test_places_without_headings_face_the_way_and_the_same_place_twice_is_one(tm
     assert (second.start, second.goal) == ((4.0, 0.0, 0.0), (4.0, -2.0, -math.pi / 2.0))
 
 
+def test_a_way_that_a_patrol_repeats_is_one_task(tmp_path):
+    there, back = "[0, 0, 0]", "[4, -1, 1.5]"
+    with pytest.warns(InputWarning, match="2 of 4 ways repeat an earlier one; each is driven once"):
+        found = tasks(tmp_path, f"goals: [{there}, {back}, {there}, {back}, {there}]")
+    assert [task.goal[0] for task in found] == [4.0, 0.0]
+
+
 def test_a_place_where_the_robot_cannot_stand_is_told_and_left_out(tmp_path):
     """A wheelchair at (-1, 0) has its front in the wall, the round robot has room."""
     text = "a: [0, 0, 0]\nb: [1.5, 2, 0]\nc: [-1, 0, 3.14]\nd: [99, 0, 0]\ne: [4, -1, 0]"

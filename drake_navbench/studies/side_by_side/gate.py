@@ -16,7 +16,9 @@ import pandas as pd
 from drake_navbench.analysis.metrics.definition import Better
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.paired_tests import (
+    DEFAULT_LISTED,
     DEFAULT_TOLERANCE,
+    Family,
     Finding,
     Judged,
     PairedVerdict,
@@ -74,18 +76,24 @@ class GateResult(NamedTuple):
         return self.judged.of(PairedVerdict.WORSE) if self.judged else []
 
     @property
+    def gone(self) -> list[Finding]:
+        """The listed metrics that have values in the base and none in the head."""
+        found = self.judged.of(PairedVerdict.GONE) if self.judged else []
+        return [finding for finding in found if finding.quantity.family is Family.LISTED]
+
+    @property
     def light(self) -> Light:
         """RED, NOT_JUDGED or GREEN, by the tests and by the trials that came to no end.
 
         RED: a test shows a change for the worse, or the head lost trials (error, or missing) of a
         controller and scenario of which the base lost none. NOT_JUDGED: the head lost trials only
-        where the base lost some, too.
+        where the base lost some, too, or a listed metric has no value any more.
         """
         if self.judged is None:
             return Light.GREEN
         if self.regressions or self.judged.new_failures:
             return Light.RED
-        return Light.NOT_JUDGED if self.judged.lost else Light.GREEN
+        return Light.NOT_JUDGED if self.judged.lost or self.gone else Light.GREEN
 
 
 class GateDrives(NamedTuple):
@@ -169,7 +177,8 @@ def read_rows(path: Path) -> pd.DataFrame:
         table = pd.read_parquet(path)
     except (OSError, ValueError) as error:
         raise InputError(f"--rows {path}: cannot be read: {one_line(error)}") from error
-    if missing := [name for name in (*IDENTITY, "outcome") if name not in table]:
+    needed = (*IDENTITY, "outcome", *(m.name for m in all_metrics() if m.name in DEFAULT_LISTED))
+    if missing := [name for name in needed if name not in table]:
         raise InputError(
             f"--rows {path}: has no column {missing[0]!r}; expected the trials.parquet of a gate"
         )

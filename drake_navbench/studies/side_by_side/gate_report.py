@@ -62,6 +62,10 @@ def to_markdown(result: GateResult) -> str:
         ("Came to no end", lost_lines(judged.new_failures)),
         ("Ended in errors, as trials of the base do", lost_lines(known)),
         (
+            "Measured in the base alone",
+            (f"{f.scenario}, {f.controller}: {f.quantity.name}" for f in result.gone),
+        ),
+        (
             "Losses that so few trials do not decide",
             map(undecided_sentence, judged.undecided_losses),
         ),

@@ -29,6 +29,7 @@ from drake_navbench.inputs.presets import Preset, load_preset, original_plugin
 from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.native.builds import Build
 from drake_navbench.plugins.releases import RELEASE_FIELD
 from drake_navbench.studies.side_by_side.gate import column_of, split_column
@@ -43,6 +44,10 @@ from drake_navbench.typed_files.dotted_names import flattened
 PORTS = ("rpp", "dwb", "mppi_nav2", "graceful", "rotation_shim", "teb_upstream")
 COMMANDS = ("command_v_mps", "command_w_radps")
 START_PATIENCE_S = 30.0
+
+
+class _Crashed(ControllerError):
+    """The end of a client in place of its decision, which no decision of a port equals."""
 
 
 class DecisionResult(NamedTuple):
@@ -153,7 +158,7 @@ def _decided_in(scene: Observation, controller: Controller) -> Decided:
     try:
         return decided(controller, scene, controller.initial_memory())[0]
     except ExternalControllerFailed as error:
-        return ControllerError(str(error).splitlines()[0])
+        return _Crashed(str(error).splitlines()[0])
 
 
 def compare_in_trial(
@@ -187,13 +192,18 @@ def compare_trials(
     """
     ours, theirs = (log.samples[list(COMMANDS)].to_numpy() for log in (port, original))
     common = min(len(ours), len(theirs))
-    differences = np.nan_to_num(np.abs(ours[:common] - theirs[:common]).max(axis=1), nan=0.0)
+    ours, theirs = ours[:common], theirs[:common]
+    # A command that only one of the two has is no small difference.
+    differences = np.where(np.isnan(ours) & np.isnan(theirs), 0.0, np.abs(ours - theirs))
+    differences = np.nan_to_num(differences, nan=math.inf).max(axis=1)
     largest = float(differences.max()) if common else 0.0
     apart = np.flatnonzero(differences > CLOSE)
     times = port.samples["time_s"].to_numpy()
     outcomes = (str(port.outcome), str(original.outcome))
-    is_same_end = len(ours) == len(theirs) and outcomes[0] == outcomes[1]
-    likeness = likeness_of(largest) if is_same_end else Likeness.DIFFERENT
+    # Two trials that crash are no proof of anything, however alike they are.
+    is_same_end = len(port.samples) == len(original.samples) and outcomes[0] == outcomes[1]
+    is_proof = is_same_end and Outcome.ERROR not in outcomes
+    likeness = likeness_of(largest) if is_proof else Likeness.DIFFERENT
     apart_s = float(times[apart[0]]) if len(apart) else math.nan
     return TrialResult(scenario, seed, cycles, likeness, largest, apart_s, outcomes)
 
@@ -209,8 +219,11 @@ def _compare_decisions(port: Decided, original: Decided) -> DecisionResult:
     return DecisionResult(likeness, difference, told)
 
 
-def _kind(decision: Decided) -> int | None:
-    return decision.code if isinstance(decision, ControllerError) else None
+def _kind(decision: Decided) -> tuple[bool, int] | None:
+    """Returns whether a client crashed, and the error's code; None for a command."""
+    if not isinstance(decision, ControllerError):
+        return None
+    return isinstance(decision, _Crashed), decision.code
 
 
 def _told_by(

@@ -59,6 +59,8 @@ def judge_front(
     for suffix in ("yaml", "patch"):
         for path in (request.out / FRONT).glob(f"*_tuned_*.{suffix}"):
             path.unlink()
+    deciding = {entry.column: entry for entry in judged.get(HELD_OUT, judged[FRESH])}
+    where = "in the held-out scenarios" if request.held_out else "on fresh seeds"
     for index, (entry, column) in enumerate(zip(front, columns, strict=True)):
         parts = {part: found[index] for part, found in judged.items()}
         point = _point(entry, column, parts, guarded[column.name])
@@ -69,15 +71,18 @@ def judge_front(
         else:
             result["front"].append(point)
             tell(f"{column.name}: {_untouched(point)}")
-            remarks = [f"made by: {request.command}", f"study: {result['digest']}"]
+            beats = "beats" if deciding[column.name].beats_baseline else "is not shown to beat"
+            remarks = [
+                f"{column.name} {beats} {request.preset} {where}",
+                f"made by: {request.command}",
+                f"study: {result['digest']}",
+            ]
             stem = request.out / FRONT / file_name(column.name)
             space.write(column, entry.parameters, stem, remarks)
-    kept = {point["name"] for point in result["front"]}
-    decisive = [entry for entry in judged.get(HELD_OUT, judged[FRESH]) if entry.column in kept]
-    for own in decisive:
+    kept = [deciding[point["name"]] for point in result["front"]]
+    for own in kept:
         tell(own.text)
-    best = winner_of(decisive)
-    where = "in the held-out scenarios" if request.held_out else "on fresh seeds"
+    best = winner_of(kept)
     result["winner"] = None if best is None else best.column
     if best is None:
         tell(f"none of the front is shown to beat {request.preset} {where}")

@@ -25,6 +25,7 @@ from drake_navbench.campaign.benchmark import run_benchmark
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario, load_scenario
+from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.studies.tuning.guards import touches_of
 from drake_navbench.studies.tuning.objectives import (
@@ -42,7 +43,8 @@ class Judged(NamedTuple):
     touches and objectives, by scenario. text, details: the verdict in words, and a sentence for
     each decided finding. succeeded, touched: numbers of trials, (of the column, of the baseline),
     among the `trials` of each. excess: see `excess_failures`. by_scenario: means by objective.
-    touches: trials of the column with a touch, by scenario.
+    touches: trials of the column with a touch, by scenario. errors: the number of its trials that
+    ended as an error.
     """
 
     column: str
@@ -56,13 +58,17 @@ class Judged(NamedTuple):
     excess: float
     by_scenario: dict[str, tuple[float, ...]]
     touches: dict[str, int]
+    errors: int
 
     @property
     def beats_baseline(self) -> bool:
-        """Whether the column is shown better in something, worse in nothing, and never touches."""
+        """Whether the column is shown better in something, worse in nothing, and has no fault.
+
+        A touch and an error are faults.
+        """
         verdicts = {finding.verdict for finding in self.findings if not finding.is_one_trial}
         is_better = PairedVerdict.BETTER in verdicts and PairedVerdict.WORSE not in verdicts
-        return is_better and self.excess <= 0.0 and not self.touches
+        return is_better and self.excess <= 0.0 and not (self.touches or self.errors)
 
     def as_data(self) -> dict[str, Any]:
         """Returns the judgement as values for JSON."""
@@ -176,6 +182,7 @@ def judge(
                     for scenario in dict.fromkeys(where.tolist())
                 },
                 dict(touches_of(own)),
+                sum(row["outcome"] == Outcome.ERROR for row in own),
             )
         )
     return judged

@@ -271,15 +271,16 @@ class Forecast(NamedTuple):
         )
 
     def time_text(self, baseline_s: float, known: int) -> str:
-        """Returns a sentence with an upper bound of the remaining time.
+        """Returns a sentence with the remaining time, if every trial takes as long as these.
 
-        baseline_s: duration of the baseline's trials, which load the kernels as well. known:
-        configurations of the study that were driven before.
+        A configuration that is dropped drives fewer trials; one that is slow or times out takes
+        longer. baseline_s: duration of the baseline's trials, which load the kernels as well.
+        known: configurations of the study that were driven before.
         """
         left = max(self.configurations - known, 0) * self.each + self.judgement
         return (
-            f"The baseline's {self.each} trials took {baseline_s:.0f} s: the rest takes at most "
-            f"about {duration_text(left * baseline_s / self.each)}."
+            f"The baseline's {self.each} trials took {baseline_s:.0f} s: if none is dropped, "
+            f"{left} more like these take about {duration_text(left * baseline_s / self.each)}."
         )
 
 

@@ -92,6 +92,16 @@ def test_a_head_that_crashes_as_its_base_does_is_not_judged():
     assert (suite.get("failures"), suite.get("errors")) == ("0", "4")
 
 
+def test_a_head_without_any_value_of_a_listed_metric_is_not_judged():
+    result = _gate(_trials(), _trials(min_clearance_m=np.nan))
+    assert result.light is Light.NOT_JUDGED
+    told = to_markdown(result).partition("## Measured in the base alone")[2]
+    assert told.startswith("\n\n- doorway, rpp: min_clearance_m\n")
+    # Where the base has none either, as without an obstacle, there is nothing to lose.
+    empty = _trials(min_clearance_m=np.nan)
+    assert _gate(empty, empty).light is Light.GREEN
+
+
 def test_a_head_that_touches_in_a_quarter_of_the_trials_is_red():
     result = _gate(_trials(), _trials(outcome=_ending(16, "collided")))
     assert result.light is Light.RED
@@ -188,6 +198,10 @@ def test_rows_that_are_none_are_one_line(tmp_path, capsys):
         (lambda: None, "cannot be read"),
         (lambda: path.write_text("no table"), "cannot be read"),
         (lambda: pd.DataFrame({"a": [1]}).to_parquet(path), "has no column 'scenario'"),
+        (
+            lambda: _trials().drop(columns="min_clearance_m").to_parquet(path),
+            "has no column 'min_clearance_m'",
+        ),
         (lambda: _table(_trials(), _trials()).to_parquet(path), "no trial of 'rpp@other'"),
     ):
         write()

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scenes import SHORT_DRIVE
 
 from drake_navbench import run_trial
+from drake_navbench.controller import ControllerError
 from drake_navbench.controllers.external.client_process import ExternalControllerFailed
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import load_robot
@@ -62,6 +64,14 @@ def test_an_original_that_hangs_or_crashes_decides_otherwise(monkeypatch):
     assert result.likeness is Likeness.DIFFERENT
     assert result.told.endswith("original: nav2_host: was ended by signal 11")
 
+    # A port that finds no way, with the code that an error has by default, does not crash.
+    def refused(*_):
+        raise ControllerError("no way")
+
+    monkeypatch.setattr(load_preset("rpp").controller_class, "step", refused)
+    (result,) = _scenes("rpp", "rotation_shim", 1)
+    assert result.likeness is Likeness.DIFFERENT
+
 
 @pytest.mark.parametrize(
     ("change", "likeness"), [(1e-7, Likeness.CLOSE), (0.05, Likeness.DIFFERENT)]
@@ -91,6 +101,12 @@ def test_trials_are_apart_from_the_first_cycle_that_differs():
     other = compare_trials(slow, fast, "short", 1)
     assert other.likeness is Likeness.DIFFERENT
     assert 0.0 <= other.apart_s < 0.5
+    # Without one of its commands, or after a crash of both, a trial is not equal.
+    gap = slow.samples.copy()
+    gap.loc[gap.index[40], ["command_v_mps", "command_w_radps"]] = math.nan
+    assert compare_trials(slow, replace(slow, samples=gap), "s", 1).difference == math.inf
+    crashed = replace(slow, info=dict(slow.info) | {"outcome": "error"})
+    assert compare_trials(crashed, crashed, "short", 1).likeness is Likeness.DIFFERENT
 
 
 def _in_trial(first: str, second: str):

@@ -16,7 +16,8 @@ def test_the_forecast_counts_baseline_configurations_and_judgement():
     )
     # 13 trials in 26 s are 2 s each; of 16 configurations 6 are left: 78 + 174 trials.
     assert forecast.time_text(26.0, known=10) == (
-        "The baseline's 13 trials took 26 s: the rest takes at most about 9 min."
+        "The baseline's 13 trials took 26 s: if none is dropped, 252 more like these take about "
+        "9 min."
     )
 
 

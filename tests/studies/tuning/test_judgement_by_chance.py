@@ -64,6 +64,16 @@ def test_a_point_that_takes_half_the_time_is_shown_to_beat_it():
     assert share_that_beats(1, least_pairs(1, 1, 3), 1, fails=0.0, spread=0.01, faster=2.0) == 1.0
 
 
+def test_a_point_that_crashes_once_in_sixty_four_tasks_beats_nothing():
+    table = drawn(np.random.default_rng(0), 64, ["mine", "tuned"], fails=0.0, spread=0.01, faster=2)
+    suites = {f"hall_{task}": "hall" for task in range(64)}
+    (sound,) = judge(table, "mine", ["tuned"], OBJECTIVES, suites)
+    table.loc[table.index[-1], "outcome"] = "error"
+    (crashing,) = judge(table, "mine", ["tuned"], OBJECTIVES, suites)
+    assert (sound.beats_baseline, crashing.beats_baseline) == (True, False)
+    assert "tuned alone ended as an error in 1 pair" in crashing.text
+
+
 def test_fewer_pairs_than_can_decide_are_not_asked_for():
     # 24 tests at 1%: a level of 1/2400; 2 / 2^13 is below it, 2 / 2^12 above.
     assert least_pairs(8, 1, 3) == 13

@@ -161,7 +161,10 @@ def test_the_result_is_a_patch_of_the_file_with_comments_and_order_kept(
         f"+      lookahead_dist: {found}   # found by hand",
     ]
     patch = (out / "front" / "mine_tuned_1.patch").read_text()
-    assert patch.startswith("# made by: drake-navbench tune --nav2")
+    first, second, *_ = patch.splitlines()
+    verdict = "beats" if result["winner"] else "is not shown to beat"
+    assert first == f"# mine_tuned_1 {verdict} mine in the held-out scenarios"
+    assert second.startswith("# made by: drake-navbench tune --nav2")
     assert changed[1] in patch
     assert (out / "tuning.html").is_file()
     # The same command finds everything done.
