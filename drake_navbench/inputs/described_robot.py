@@ -111,8 +111,9 @@ def _described(source: Source, shown: str, known: KnownBase) -> DescribedRobot:
     found = sensors_of(model, to_base_of(model, base), floor_m)
     found = found._replace(scanners=table.heard(found.scanners, known.scans))
     fields |= table.sensors(found)
-    if not (found.scanners or found.clouds):
-        fields |= table.lidar_by_link(lidar_link(model, base, floor_m), source.arguments)
+    if "lidar" not in fields:
+        link = lidar_link(model, base, floor_m)
+        fields |= table.lidar_by_link(link, found.clouds, source.arguments)
     fields |= table.layers(fields.get("lidar", {}))
     drive = drive_of(model, wheels, source.packages, [*source.arguments.values()])
     fields |= table.drive(drive, is_omni=known.is_omni)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 
 import numpy as np
@@ -311,6 +312,37 @@ def test_a_xacro_file_that_asks_the_environment_is_told_in_words(tmp_path, monke
         load_robot(str(path))
     monkeypatch.setenv("CART_LENGTH", "0.8")
     assert load_robot(str(path)).outline[:, 0].max() == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize(
+    ("launch", "text"),
+    [
+        ("a.launch.py", "SetEnvironmentVariable('CART_LENGTH', '0.8')"),
+        ("a.launch.py", "SetEnvironmentVariable(name='CART_LENGTH', value='0.8')"),
+        ("a.launch.py", 'os.environ["CART_LENGTH"] = "0.8"'),
+        ("a.launch.py", "length = os.environ.get('CART_LENGTH', '0.8')"),
+        ("a.launch.xml", '<set_env name="CART_LENGTH" value="0.8"/>'),
+        ("a.launch", '<env name="CART_LENGTH" value="0.8"/>'),
+    ],
+)
+def test_an_environment_variable_that_is_not_set_has_the_value_of_the_launch_files(
+    tmp_path, monkeypatch, launch, text
+):
+    monkeypatch.delenv("CART_LENGTH", raising=False)
+    path = tmp_path / "cart.urdf.xacro"
+    path.write_text(f'<robot name="a">{link(BOX.replace("0.6", "$(env CART_LENGTH)"))}</robot>')
+    (tmp_path / launch).write_text(f"# SetEnvironmentVariable('CART_LENGTH', '0.2')\n{text}\n")
+    found = expand_xacro(path)
+    assert 'size="0.8 0.4' in found.text
+    assert found.remarks == (f"environment variable CART_LENGTH: 0.8, as in {launch}",)
+    assert "CART_LENGTH" not in os.environ
+    # The file's own default is for those who launch it without.
+    path.write_text(path.read_text().replace("(env CART_LENGTH", "(optenv CART_LENGTH 0.5"))
+    assert 'size="0.8 0.4' in expand_xacro(path).text
+    (tmp_path / "b.launch.py").write_text("SetEnvironmentVariable('CART_LENGTH', '0.7')")
+    assert 'size="0.5 0.4' in expand_xacro(path).text
+    monkeypatch.setenv("CART_LENGTH", "0.9")
+    assert 'size="0.9 0.4' in expand_xacro(path).text
 
 
 ROBOT_YAML = """serial_number: a200-0001

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from drake_navbench.inputs.descriptions.ros_packages import Packages
 from drake_navbench.typed_files.input_file import read_head_text
 
 LAUNCH_FILE = re.compile(r"launch.*\.(?:py|xml|launch|ya?ml)$|\.launch$")
+LINE_REMARKS = re.compile(r"(?:^|\s)#[^\n]*|<!--[\s\S]*?-->")
 # A folder of which every Python file is a launch file.
 LAUNCH_FOLDER = "launch"
 # Words alone: an expression of a launch file is no value.
@@ -28,6 +29,18 @@ FORMS = (
 FLAGS = frozenset({"true", "false", "0", "1", "yes", "no"})
 
 
+# How launch files set an environment variable, or say what it is where nobody has set it.
+VARIABLE_FORMS = (
+    re.compile(
+        r"(?:SetEnvironmentVariable|EnvironmentVariable|environ\.(?:get|setdefault)|getenv)\(\s*"
+        r"(?:name\s*=\s*)?[\"'](\w+)[\"']\s*,\s*(?:(?:default_)?value\s*=\s*)?"
+        rf"[\"']{VALUE}[\"']"
+    ),
+    re.compile(rf"environ\[[\"'](\w+)[\"']\]\s*=\s*[\"']{VALUE}[\"']"),
+    re.compile(rf"<(?:set_)?env\s+name=\"(\w+)\"\s+value=\"{VALUE}\""),
+)
+
+
 def is_launch_file(file: Path) -> bool:
     """Tells whether a file is a launch file, by its name or its folder's."""
     named = LAUNCH_FILE.search(file.name) is not None
@@ -40,6 +53,24 @@ def launched_value(name: str, file: Path, packages: Packages) -> tuple[str, Path
     The launch files are those of the file's robot, the nearest first. None where none gives it.
     """
     return next(_launched_values(name, file, packages), None)
+
+
+def set_variables(files: Iterable[Path]) -> Iterator[tuple[str, str, Path]]:
+    """Yields each environment variable that launch files set, with its value and the file."""
+    for file in files:
+        text = LINE_REMARKS.sub("", read_head_text(file))
+        for form in VARIABLE_FORMS:
+            yield from ((name, value, file) for name, value in form.findall(text))
+
+
+def launched_variable(name: str, packages: Packages) -> tuple[str, Path] | None:
+    """Returns an environment variable's value that a robot's launch files set, and one that does.
+
+    None where none sets it, or they do not agree.
+    """
+    files = packages.files(is_launch_file)
+    found = [(value, file) for set_name, value, file in set_variables(files) if set_name == name]
+    return found[0] if len({value for value, _ in found}) == 1 else None
 
 
 def chosen_value(name: str, file: Path, packages: Packages) -> tuple[str, Path] | None:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import re
 import tempfile
-from collections.abc import Set
+from collections.abc import Iterator, Set
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,12 @@ from xacrodoc import packages as found_packages
 from xacrodoc.packages import PackageNotFoundError
 
 from drake_navbench.errors import InputError, as_line
-from drake_navbench.inputs.descriptions.launched_value import FLAGS, chosen_value, launched_value
+from drake_navbench.inputs.descriptions.launched_value import (
+    FLAGS,
+    chosen_value,
+    launched_value,
+    launched_variable,
+)
 from drake_navbench.inputs.descriptions.ros_packages import Packages
 from drake_navbench.inputs.descriptions.xacro_macro import call_of, robot_macro, with_call
 from drake_navbench.inputs.descriptions.xml_file import without_late_declaration
@@ -25,6 +31,9 @@ UNDEFINED = re.compile(r"Undefined substitution argument (\w+)")
 # The beginning of a file's place in a package.
 PACKAGE = "package://"
 UNSET = re.compile(r"environment variable '(\w+)' is not set")
+ASKED = re.compile(r"asks for the environment variable (\w+)")
+# The variables for which a file has a default.
+OPTIONAL = re.compile(r"\$\(optenv\s+(\w+)")
 # xacro tells a missing file twice.
 TOLD_AGAIN = re.compile(r" \[Errno 2\] No such file or directory: '[^']*'$")
 # The most files of missing packages; xacro asks for one after the other.
@@ -57,6 +66,11 @@ def expand(request: dict[str, Any]) -> dict[str, Any]:
     path = Path(request["file"])
     given = path.read_bytes() if request["text"] is None else request["text"].encode()
     content = without_late_declaration(given).decode(errors="replace")
+    with _environment_kept():
+        return _expanded_file(path, content, request)
+
+
+def _expanded_file(path: Path, content: str, request: dict[str, Any]) -> dict[str, Any]:
     text, arguments, remarks = _expanded_with(path, content, request)
     macro = None if LINK.search(text) else robot_macro(content, path)
     if macro is not None:
@@ -68,6 +82,17 @@ def expand(request: dict[str, Any]) -> dict[str, Any]:
     return {"text": text, "arguments": arguments, "remarks": remarks, "files": files}
 
 
+@contextmanager
+def _environment_kept() -> Iterator[None]:
+    """Sets the environment back at the end."""
+    before = dict(os.environ)
+    try:
+        yield
+    finally:
+        os.environ.clear()
+        os.environ.update(before)
+
+
 def _expanded_with(
     path: Path, content: str, request: dict[str, Any]
 ) -> tuple[str, dict[str, str], list[str]]:
@@ -77,6 +102,8 @@ def _expanded_with(
     with tempfile.TemporaryDirectory() as folder:
         missing = _Missing(Path(folder), packages)
         launched: dict[str, str] = {}
+        for name in OPTIONAL.findall(content):
+            missing.sets(f"asks for the environment variable {name}")
         for _ in range(MAX_MISSING):
             arguments = _Arguments(launched | request["arguments"])
             try:
@@ -93,6 +120,8 @@ def _expanded_with(
             except PackageNotFoundError as error:
                 missing.add(str(error.args[0]))
             except InputError as error:
+                if missing.sets(str(error)):
+                    continue
                 asked = UNDEFINED.search(str(error))
                 found = launched_value(asked[1], path, packages) if asked else None
                 if asked and found and asked[1] not in launched:
@@ -176,6 +205,16 @@ class _Missing:
             place.mkdir(parents=True, exist_ok=True)
             self.names.append(name)
         found_packages.update_package_cache({name: place})
+
+    def sets(self, fault: str) -> bool:
+        """Sets the environment variable that a fault calls unset, as a launch file does."""
+        unset = ASKED.search(fault)
+        found = launched_variable(unset[1], self._packages) if unset else None
+        if unset is None or found is None or unset[1] in os.environ:
+            return False
+        os.environ[unset[1]] = found[0]
+        self.told.append(f"environment variable {unset[1]}: {found[0]}, as in {found[1].name}")
+        return True
 
     def provides(self, fault: str) -> bool:
         """Creates the file that a fault calls missing; tells whether it is in a missing package."""
