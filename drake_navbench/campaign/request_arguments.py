@@ -51,6 +51,9 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
             f"--set {arguments.set[0]!r}: expected a Nav2 file by --nav2 or a xacro file by "
             "--robot as well"
         )
+    for folder in arguments.packages:
+        if not folder.is_dir():
+            raise InputError(f"--packages {folder}: expected a folder")
     worlds = [name for name in arguments.scenarios if is_world(Path(name))]
     values = {
         "scenarios": [name for name in arguments.scenarios if name not in worlds],
