@@ -60,6 +60,19 @@ def test_a_launch_file_tells_which_nav2_file_and_map_belong_together(repository)
     assert picked.map != arguments.map
 
 
+@pytest.mark.parametrize(
+    ("launched", "taken"),
+    [("stock_nav_params.yaml", "stock_nav_params.yaml"), ("other.yaml", "nav2_params.yaml")],
+)
+def test_a_launched_nav2_file_is_taken_though_another_has_the_plainer_name(
+    repository, launched, taken
+):
+    (repository / "cart_nav" / "config" / "stock_nav_params.yaml").write_text(NAV2)
+    (repository / "start.launch.py").write_text(f"'config', '{launched}'")
+    arguments, _ = filled("--package", str(repository))
+    assert [path.name for path in arguments.nav2] == [taken]
+
+
 def test_a_map_goes_with_the_nav2_file_that_an_included_launch_file_names(repository):
     """By its name alone attic.yaml would come first, and another launch file names it, too."""
     map_files(repository / "cart_nav" / "maps", "attic", "hall")
