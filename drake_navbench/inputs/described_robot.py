@@ -123,7 +123,7 @@ def _described(source: Source, shown: str, known: KnownBase) -> DescribedRobot:
     if len(wheels) >= 2:
         table.note_turning(turning_centre(model, wheels), fields)
     for remark in dict.fromkeys((*body.left_out, *model.remarks)):
-        table.add(Status.STAND_IN, "shapes", remark)
+        table.note_remark(remark)
     height_m = max(body.high_m - floor_m, LEAST_HEIGHT_M)
     check, tells_outline = Check(tuple(table.rows)), body.outline is not None
     return DescribedRobot(fields, check, base, height_m, floor_m, source, tells_outline)

@@ -236,6 +236,13 @@ class ModelTable:
             "period_s": max(fields["period_s"], LEAST_PERIOD_S),
         }
 
+    def note_remark(self, remark: str) -> None:
+        """Notes a part that is left out, or a value that a launch file gives xacro."""
+        if remark.startswith(("argument ", "environment variable ")):
+            self.add(Status.OTHER_FORM, "xacro", remark)
+        else:
+            self.add(Status.STAND_IN, "shapes", remark)
+
     def note_turning(self, centre: Array | None, fields: Mapping[str, Any]) -> None:
         """Adds a remark where the model turns about another point than the base frame's origin.
 

@@ -255,6 +255,38 @@ def test_launch_files_choose_the_branch_of_a_model(tmp_path, launched, taken):
     assert '<link name="short"/>' in expand_xacro(path, {"chassis": "short"}).text
 
 
+SCANNING = (
+    '<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="base_link"/>'
+    '<xacro:arg name="sim_gz" default="false"/><xacro:arg name="arm" default="false"/>'
+    '<xacro:if value="$(arg sim_gz)"><gazebo><sensor name="eye" type="{}"/></gazebo></xacro:if>'
+    '<xacro:if value="$(arg arm)"><link name="arm"/></xacro:if></robot>'
+)
+
+
+@pytest.mark.parametrize(
+    ("launched", "sensor", "remarks"),
+    [
+        (
+            "'xacro', 'cart.xacro', ' sim_gz:=', \"true\", ' arm:=true'",
+            "gpu_lidar",
+            ("argument sim_gz: true, as in a.launch.py; its own default is false",),
+        ),
+        # Nothing is won by a flag that brings no lidar, and none is tried that nobody sets.
+        ("'xacro', 'cart.xacro', ' sim_gz:=true'", "camera", ()),
+        ("'xacro', 'cart.xacro'", "gpu_lidar", ()),
+    ],
+)
+def test_a_flag_of_the_simulation_that_brings_the_lidar_is_set(tmp_path, launched, sensor, remarks):
+    path = tmp_path / "cart.xacro"
+    path.write_text(SCANNING.format(sensor))
+    (tmp_path / "a.launch.py").write_text(launched)
+    found = expand_xacro(path)
+    assert found.remarks == remarks
+    assert ("<sensor" in found.text) == bool(remarks)
+    assert '<link name="arm"/>' not in found.text
+    assert "<sensor" not in expand_xacro(path, {"sim_gz": "false"}).text
+
+
 def test_a_launch_file_of_another_model_gives_no_value(tmp_path):
     path = tmp_path / "cart.xacro"
     path.write_text('<robot name="a"><link name="$(arg arm)"/></robot>')

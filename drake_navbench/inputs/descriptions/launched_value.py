@@ -19,6 +19,7 @@ VALUE = r"([\w.+-]+)"
 # and in a mapping.
 FORMS = (
     r"\b{name}:={value}",
+    r"\b{name}:=\s*[\"'],\s*[\"']{value}[\"']",
     r"DeclareLaunchArgument\(\s*(?:name\s*=\s*)?[\"']{name}[\"'],\s*default_value\s*=\s*[\"']{value}[\"']",
     r"<arg\s+name=\"{name}\"\s+default=\"{value}\"",
     r"[\"']{name}[\"']\s*:\s*[\"']{value}[\"']",
@@ -27,6 +28,7 @@ FORMS = (
 
 # Flags tell simulation from robot: a repository's launch files give both.
 FLAGS = frozenset({"true", "false", "0", "1", "yes", "no"})
+SET = frozenset({"true", "1", "yes"})
 
 
 # How launch files set an environment variable, or say what it is where nobody has set it.
@@ -81,6 +83,17 @@ def chosen_value(name: str, file: Path, packages: Packages) -> tuple[str, Path] 
     found = list(_launched_values(name, file, packages))
     values = {value for value, _ in found}
     return found[0] if len(values) == 1 and not FLAGS & {v.lower() for v in values} else None
+
+
+def launched_flags(names: Iterable[str], file: Path, packages: Packages) -> dict[str, Path]:
+    """Returns a launch file that sets a flag to true, for each flag for which there is one."""
+    found: dict[str, Path] = {}
+    for name in sorted(names):
+        values = _launched_values(name, file, packages)
+        launch = next((launch for value, launch in values if value.lower() in SET), None)
+        if launch is not None:
+            found[name] = launch
+    return found
 
 
 def _launched_values(name: str, file: Path, packages: Packages) -> Iterator[tuple[str, Path]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import tempfile
-from collections.abc import Iterator, Set
+from collections.abc import Iterator, Mapping, Set
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from drake_navbench.errors import InputError, as_line
 from drake_navbench.inputs.descriptions.launched_value import (
     FLAGS,
     chosen_value,
+    launched_flags,
     launched_value,
     launched_variable,
 )
@@ -39,6 +40,9 @@ TOLD_AGAIN = re.compile(r" \[Errno 2\] No such file or directory: '[^']*'$")
 # The most files of missing packages; xacro asks for one after the other.
 MAX_MISSING = 100
 LINK = re.compile(r"<link\b")
+SCANS = re.compile(r"<sensor\b[^>]*\btype\s*=\s*[\"'](?:gpu_)?(?:ray|lidar)[\"']")
+# Values of a flag.
+ON, OFF = "true", frozenset({"false", "0", "no"})
 # Without such an element nothing is left that drives.
 WHEEL = re.compile(r"<joint\b[^>]*wheel", re.IGNORECASE)
 XML_SUFFIXES = (".xacro", ".urdf", ".xml", ".gazebo", ".sdf")
@@ -108,7 +112,11 @@ def _expanded_with(
             arguments = _Arguments(launched | request["arguments"])
             try:
                 text = _expanded(path, content, arguments, missing)
-                chosen = _chosen(arguments, {*launched, *request["arguments"]}, path, packages)
+                given = {*launched, *request["arguments"]}
+                chosen = _chosen(arguments, given, path, packages)
+                if not (chosen or SCANS.search(text)):
+                    flags = launched_flags(arguments.off() - given, path, packages)
+                    chosen = _scanning(flags, path, content, dict(arguments), missing)
                 if not chosen:
                     break
                 for name, (value, launch) in chosen.items():
@@ -156,6 +164,28 @@ def _chosen(
         if name in arguments and str(arguments[name]).lower() not in {"", *FLAGS}
     }
     return {name: told for name, told in found.items() if told and told[0] != arguments[name]}
+
+
+def _scanning(
+    flags: Mapping[str, Path],
+    path: Path,
+    content: str,
+    values: Mapping[str, str],
+    missing: _Missing,
+) -> dict[str, tuple[str, Path]]:
+    """Returns the first flag that gives a model a lidar, with its value and launch file; {} else.
+
+    flags: those that are off by default, and a launch file that sets each. A launch file of a
+    simulation sets one that brings the sensors, and that of the robot does not.
+    """
+    for name, launch in flags.items():
+        try:
+            text = _expanded(path, content, _Arguments({**values, name: ON}), missing)
+        except (InputError, PackageNotFoundError):
+            continue
+        if SCANS.search(text):
+            return {name: (ON, launch)}
+    return {}
 
 
 class _Missing:
@@ -250,6 +280,10 @@ class _Arguments(dict[str, str]):
     def __init__(self, values: dict[str, str]) -> None:
         super().__init__(values)
         self.declared: set[str] = set()
+
+    def off(self) -> set[str]:
+        """Returns the flags that are off."""
+        return {name for name in self.declared if str(self.get(name, "")).lower() in OFF}
 
     def __contains__(self, name: object) -> bool:
         self.declared.add(str(name))
