@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from drake_navbench.inputs.check import Check, Status
+from drake_navbench.inputs.check import Check
 from drake_navbench.inputs.described_table import ModelTable
 from drake_navbench.inputs.descriptions.body import (
     base_of,
