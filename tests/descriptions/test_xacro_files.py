@@ -14,6 +14,7 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.described_robot import describe_robot
 from drake_navbench.inputs.descriptions.model_source import read_source
+from drake_navbench.inputs.descriptions.ros_packages import Packages
 from drake_navbench.inputs.descriptions.xacro_file import expand_xacro
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.processes import limited_call
@@ -88,6 +89,19 @@ def test_a_mesh_of_a_gazebo_model_is_searched_by_the_models_name(tmp_path):
     mesh = collision('<mesh filename="model://gone/hull.stl"/>')
     path.write_text(XACRO.replace('<link name="laser"/>', f'<link name="laser">{mesh}</link>'))
     assert "left out model://gone/hull.stl" in " ".join(rows(path, Status.STAND_IN))
+
+
+def test_a_file_of_a_folder_without_model_config_is_found_by_a_model_s_name(tmp_path):
+    """As below GZ_SIM_RESOURCE_PATH; a folder of that name without the file is none."""
+    mesh = tmp_path / "props" / "crate" / "meshes" / "crate.dae"
+    mesh.parent.mkdir(parents=True)
+    mesh.write_text("<COLLADA/>")
+    (tmp_path / "crate").mkdir()
+    (tmp_path / "package.xml").write_text("<package><name>hall</name></package>")
+    (tmp_path / "worlds").mkdir()
+    packages = Packages(tmp_path / "worlds" / "hall.world", [tmp_path])
+    assert packages.place("model://crate/meshes/crate.dae") == mesh
+    assert packages.place("model://crate/meshes/other.dae") is None
 
 
 def test_a_comment_before_the_declaration_hinders_neither_xacro_nor_urdf(tmp_path):

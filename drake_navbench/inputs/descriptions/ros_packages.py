@@ -111,10 +111,11 @@ class Packages:
         named = PACKAGE_URI.fullmatch(uri)
         if named is not None:
             package = self.model(named[1]) if uri[0] == "m" else self.folder(named[1])
-            if package is None and uri[0] == "m":
-                return self._in_a_folder(named[1], named[2])
             place = None if package is None else self._inside(package / named[2])
-            return place if place is not None or package is None else self._above(named[2], package)
+            if place is None and package is not None:
+                place = self._above(named[2], package)
+            is_elsewhere = place is None and uri[0] == "m"
+            return self._in_a_folder(named[1], named[2]) if is_elsewhere else place
         # `file:/p` and `file:///p` name the same file (RFC 8089); before the first of them, tools
         # that expand xacro put a folder, as before a relative path.
         path = Path(uri.rpartition("file:")[2].removeprefix("//"))
