@@ -23,6 +23,7 @@ from drake_navbench.inputs.scenario import (
     scenario_on_map,
     warn_of_degrees,
 )
+from drake_navbench.inputs.task_time import with_time
 from drake_navbench.nav2.controllers import load_parameter_file
 from drake_navbench.nav2.differences import differences, require_different
 from drake_navbench.nav2.known_base import known_base_of
@@ -233,6 +234,23 @@ class Request(FrozenModel):
         rows = [row for scenario in scenarios.values() for row in _overrides(scenario)]
         return replace(campaign, nav2=tuple(columns.with_rows(rows) for columns in nav2))
 
+    def require_readable(self) -> None:
+        """Raises InputError for what a drive would refuse in the inputs beside Nav2 file and robot.
+
+        Warns as a drive does. Nothing is read if there are no such inputs.
+        """
+        beside = (
+            *(self.scenarios, self.map_task, self.barn, self.controllers, self.parameter_files),
+            *(self.sweeps, self.samples, self.metrics, self.columns, self.original),
+        )
+        if not any(beside):
+            return
+        nav2 = self.nav2_columns()
+        if self.controllers or self.parameter_files or not nav2 or any(e.presets for e in nav2):
+            self.campaign()
+        else:
+            self._scenarios(nav2[0].setup.robot, [entry.setup.robot for entry in nav2[1:]])
+
     def shown(self) -> Shown:
         """Returns the scenarios, columns and robot of the request for a picture; raises InputError.
 
@@ -305,7 +323,8 @@ class Request(FrozenModel):
             if known is not None:
                 warn_of_other_world(world, known)
             if task.start is not None and task.goal is not None:
-                scenarios.append(scenario_in_world(world, task.start, task.goal, map_file=known))
+                given_task = scenario_in_world(world, task.start, task.goal, map_file=known)
+                scenarios.append(with_time(given_task, [robot, *further]))
             elif given is not None:
                 robots = [robot, *further]
                 scenarios += given_world_tasks(
@@ -329,7 +348,7 @@ class Request(FrozenModel):
     ) -> list[Scenario]:
         path = Path(file)
         if task.start is not None and task.goal is not None:
-            return [scenario_on_map(path, task.start, task.goal)]
+            return [with_time(scenario_on_map(path, task.start, task.goal), [robot, *further])]
         given = _goal_file(task)
         if given is not None:
             from drake_navbench.inputs.goal_tasks import given_tasks

@@ -51,6 +51,9 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
             f"--set {arguments.set[0]!r}: expected a Nav2 file by --nav2 or a xacro file by "
             "--robot as well"
         )
+    for folder in arguments.packages:
+        if not folder.is_dir():
+            raise InputError(f"--packages {folder}: expected a folder")
     worlds = [name for name in arguments.scenarios if is_world(Path(name))]
     values = {
         "scenarios": [name for name in arguments.scenarios if name not in worlds],
@@ -195,7 +198,8 @@ def print_check(
     """Prints for each part of the Nav2 files and of the robot's model how it is used here.
 
     remarks: returns further lines about the Nav2 files, which follow their differences. Raises
-    InputError where there is neither a Nav2 file nor a model.
+    InputError where there is neither a Nav2 file nor a model, and, behind the tables, where a drive
+    would refuse another input.
     """
     if not (arguments.nav2 or is_model(arguments.robot)):
         raise InputError("--check: expected a Nav2 file by --nav2, or a model by --robot")
@@ -219,6 +223,7 @@ def print_check(
         names = ", ".join(preset.name for preset in setup.presets) or NO_COLUMN
         print(printable(f"Columns: {names}"))
         _print_table(setup.check)
+    request.require_readable()
 
 
 NO_COLUMN = (

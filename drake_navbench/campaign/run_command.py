@@ -83,9 +83,6 @@ def run_from_command_line(
     request, campaign = _begun(folder) if resumed else _asked(arguments, folder)
     if arguments.live:
         return _watch(arguments, request, campaign, folder, console)
-    for name in ("live_port", "live_wait"):
-        if getattr(arguments, name) is not None:
-            raise InputError(f"--{name.replace('_', '-')}: expected --live as well")
     for line in (*lines_on_inputs(request, campaign), *remarks(campaign.nav2)):
         console.print(printable(line), soft_wrap=True)
     jobs = worker_count(campaign, arguments.jobs)

@@ -403,6 +403,9 @@ def _run(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> int:
         return EXIT_DONE
     if arguments.resume is not None:
         _require_nothing_else(parser, arguments)
+    for name in ("live_port", "live_wait"):
+        if getattr(arguments, name) is not None and not arguments.live:
+            raise InputError(f"--{name.replace('_', '-')}: expected --live as well")
     if arguments.package:
         arguments = with_package(parser, arguments)
     elif arguments.pick:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from drake_navbench.inputs.check import Check, Status
+from drake_navbench.inputs.check import Check
 from drake_navbench.inputs.described_table import ModelTable
 from drake_navbench.inputs.descriptions.body import (
     base_of,
@@ -111,8 +111,9 @@ def _described(source: Source, shown: str, known: KnownBase) -> DescribedRobot:
     found = sensors_of(model, to_base_of(model, base), floor_m)
     found = found._replace(scanners=table.heard(found.scanners, known.scans))
     fields |= table.sensors(found)
-    if not (found.scanners or found.clouds):
-        fields |= table.lidar_by_link(lidar_link(model, base, floor_m), source.arguments)
+    if "lidar" not in fields:
+        link = lidar_link(model, base, floor_m)
+        fields |= table.lidar_by_link(link, found.clouds, source.arguments)
     fields |= table.layers(fields.get("lidar", {}))
     drive = drive_of(model, wheels, source.packages, [*source.arguments.values()])
     fields |= table.drive(drive, is_omni=known.is_omni)
@@ -122,7 +123,7 @@ def _described(source: Source, shown: str, known: KnownBase) -> DescribedRobot:
     if len(wheels) >= 2:
         table.note_turning(turning_centre(model, wheels), fields)
     for remark in dict.fromkeys((*body.left_out, *model.remarks)):
-        table.add(Status.STAND_IN, "shapes", remark)
+        table.note_remark(remark)
     height_m = max(body.high_m - floor_m, LEAST_HEIGHT_M)
     check, tells_outline = Check(tuple(table.rows)), body.outline is not None
     return DescribedRobot(fields, check, base, height_m, floor_m, source, tells_outline)

@@ -19,6 +19,7 @@ from drake_navbench.inputs.descriptions.drive_kinds import (
     FoundDrive,
 )
 from drake_navbench.inputs.descriptions.gazebo_sensors import (
+    LEAST_PERIOD_S,
     FoundSensor,
     FoundSensors,
     alike,
@@ -130,7 +131,7 @@ class ModelTable:
         if found.scanners:
             fields["lidar"] = self._scanners(found.scanners)
         elif found.clouds:
-            layered = [c for c in found.clouds if "pixels" not in c.remark]
+            layered = [c for c in found.clouds if not c.is_camera]
             if layered:
                 fields["lidar"] = self._scan_of_layers(layered[0])
         clouds: dict[str, Any] = {}
@@ -166,12 +167,19 @@ class ModelTable:
         }
 
     def lidar_by_link(
-        self, found: FoundSensor | None, arguments: Mapping[str, str]
+        self,
+        found: FoundSensor | None,
+        cameras: Sequence[FoundSensor],
+        arguments: Mapping[str, str],
     ) -> dict[str, Any]:
-        """Returns the field lidar of a model that has but a link of such a name; {} without.
+        """Returns the field lidar of a model that describes none; {} for the default one.
 
-        arguments: of xacro, one of which may leave the lidar out.
+        found: a link with a lidar's name. cameras: depth cameras, the first of which to see level
+        scans if there is no such link. arguments: of xacro, one of which may leave the lidar out.
         """
+        level = [camera for camera in cameras if camera.sees_level]
+        if found is None and level:
+            return {"lidar": self._scan_of_camera(level[0])}
         if found is None:
             off = [
                 name
@@ -210,6 +218,30 @@ class ModelTable:
         names = ("pose", "height_m", "range_min_m", "range_max_m", "period_s")
         fields = {name: sensor.fields[name] for name in names if name in sensor.fields}
         return fields | {"beam_count": sensor.fields["column_count"]}
+
+    def _scan_of_camera(self, camera: FoundSensor) -> dict[str, Any]:
+        remark = (
+            f"none described; the depth camera {camera.name} scans level, over "
+            f"{math.degrees(camera.fields['horizontal_fov_rad']):.0f} degrees, as "
+            "depthimage_to_laserscan does"
+        )
+        self.add(Status.STAND_IN, "lidar", remark)
+        names = ("pose", "height_m", "range_min_m", "range_max_m", "period_s")
+        fields = {name: camera.fields[name] for name in names if name in camera.fields}
+        span_rad = camera.fields["horizontal_fov_rad"]
+        return fields | {
+            "angle_span_rad": span_rad,
+            "angle_min_rad": -0.5 * span_rad,
+            "beam_count": camera.fields["column_count"],
+            "period_s": max(fields["period_s"], LEAST_PERIOD_S),
+        }
+
+    def note_remark(self, remark: str) -> None:
+        """Notes a part that is left out, or a value that a launch file gives xacro."""
+        if remark.startswith(("argument ", "environment variable ")):
+            self.add(Status.OTHER_FORM, "xacro", remark)
+        else:
+            self.add(Status.STAND_IN, "shapes", remark)
 
     def note_turning(self, centre: Array | None, fields: Mapping[str, Any]) -> None:
         """Adds a remark where the model turns about another point than the base frame's origin.

@@ -16,6 +16,7 @@ from drake_navbench.inputs.goal_poses import FoundPose
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario, Suite, scenario_on_map
 from drake_navbench.inputs.task_check import why_no_place
+from drake_navbench.inputs.task_time import with_time
 from drake_navbench.navigation.costmaps.map_file import load_map
 from drake_navbench.typed_files.quantities import Pose
 
@@ -155,12 +156,13 @@ def _tasks(
         )
     _warn_of_path(goals.path, legs)
     digits = len(str(len(legs)))
-    return [
+    tasks = (
         made(leg.start, leg.goal, f"{stem}_{number:0{digits}}").model_copy(
             update={"description": f"{ground.name}: from {leg.begin} to {leg.end}"}
         )
         for number, leg in enumerate(legs, start=1)
-    ]
+    )
+    return [with_time(task, robots) for task in tasks]
 
 
 def _require_few(goals: GoalFile) -> None:

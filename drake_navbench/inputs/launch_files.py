@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
-from drake_navbench.inputs.descriptions.launched_value import is_launch_file
+from drake_navbench.inputs.descriptions.launched_value import is_launch_file, set_variables
 from drake_navbench.typed_files.input_file import read_head_text
 
 LINE_REMARKS = re.compile(r"(?:^|\s)#[^\n]*")
@@ -60,17 +60,23 @@ class LaunchFiles:
         return {file for file, count in folders.items() if count == most[file.name]}
 
     def started_with(
-        self, file: Path, others: Sequence[Path], robot: Path | None = None
+        self,
+        file: Path,
+        others: Sequence[Path],
+        robot: Path | None = None,
+        *,
+        is_through: bool = False,
     ) -> tuple[Path, Path] | None:
         """Returns the one of `others` that a launch file names beside `file`, and that launch file.
 
         Of several launch files, it is the one that names `robot`, of these one not of localization
         alone, of these the one that names the most of the file's folders; of several others with
         the same name, the one whose folder it names before it, else whose folders it names, of
-        these the one with the fewest others. None where no launch file names both.
+        these the one with the fewest others. None where no launch file names both. is_through:
+        whether a launch file that another one includes may name `file` in its place.
         """
         pairs = []
-        for launch, words in self.words:
+        for launch, words in self._with_included if is_through else self.words:
             named = [other for other in others if other.name in words]
             if named and _names(words, file.name):
                 told = {
@@ -89,6 +95,15 @@ class LaunchFiles:
             return None
         _, other, launch = max(pairs, key=lambda pair: pair[0])
         return other, launch
+
+    @property
+    def _with_included(self) -> list[tuple[Path, frozenset[str]]]:
+        """Each launch file's words with those of the launch files that it includes by name."""
+        inner = {launch.name: words for launch, words in self.words}
+        return [
+            (launch, words.union(*(inner[name] for name in inner.keys() & words - {launch.name})))
+            for launch, words in self.words
+        ]
 
     def without_overridden(self, files: Sequence[Path], places: Sequence[Path]) -> LaunchFiles:
         """Returns the launch files without the Nav2 files that they name as a default nobody uses.
@@ -131,9 +146,19 @@ class LaunchFiles:
 
 
 def read_launch_files(files: Sequence[Path]) -> LaunchFiles:
-    """Returns the words of the launch files among `files`; an unreadable one has none."""
+    """Returns the words of the launch files among `files`; an unreadable one has none.
+
+    The value of an environment variable that any of them sets is a word of all that name it.
+    """
     chosen = [file for file in files if is_launch_file(file)]
-    return LaunchFiles(tuple((file, _words_in(file)) for file in chosen))
+    variables = [*set_variables(chosen)]
+    read = {file: _words_in(file) for file in chosen}
+    return LaunchFiles(
+        tuple(
+            (file, words.union(value for name, value, _ in variables if name in words))
+            for file, words in read.items()
+        )
+    )
 
 
 def _names(words: frozenset[str], name: str) -> bool:

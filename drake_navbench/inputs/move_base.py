@@ -11,7 +11,9 @@ MOVE_BASE_FILE = "a file of ROS 1's move_base; expected one of Nav2 (ROS 2)"
 # Planners by the names of their blocks, and parameters that move_base and its costmaps alone have.
 MARKS = re.compile(
     r"^\s*(?:\w*PlannerROS|base_(?:local|global)_planner|NavfnROS|obstacle_range|raytrace_range|"
-    r"oscillation_timeout|planner_patience|controller_patience|recovery_behaviors)\s*:",
+    r"oscillation_timeout|planner_patience|controller_patience|recovery_behaviors|static_map)\s*:|"
+    # A costmap whose parameters follow its name at once.
+    r"^(?:local|global)_costmap\s*:[^\n]*\n\s+(?:\w+_frame|\w+_frequency|rolling_window)\s*:",
     re.MULTILINE,
 )
 

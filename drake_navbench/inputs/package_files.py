@@ -162,7 +162,11 @@ class PackageFiles:
         if nav2 is None:
             return None
         places = [file for file in self.files[kind] if kind != MAP or not is_mask(file)]
-        return self.launches.started_with(nav2, places or self.files[kind], taken.get(ROBOT))
+        places, robot = places or [*self.files[kind]], taken.get(ROBOT)
+        together = self.launches.started_with(nav2, places, robot)
+        if together is None and kind == MAP:
+            return self.launches.started_with(nav2, places, robot, is_through=True)
+        return together
 
     def options(self, picked: Mapping[str, Path | None], nav2: str) -> dict[str, object]:
         """Returns the values of --robot, --map and the option `nav2` that the files give."""
@@ -210,6 +214,7 @@ class PackageFiles:
             is_beyond = picked[kind] in found[MAX_LISTED:]
             if len(found) > MAX_LISTED + is_beyond:
                 told.append(f"       and {len(found) - MAX_LISTED - is_beyond} more")
+            told += self._launched_without_picture() if kind == MAP else []
         return told + self._unreadable_told()
 
     def _unreadable_told(self) -> list[str]:
@@ -218,6 +223,15 @@ class PackageFiles:
         told = [f"not read: {self._short(file)}: {why}" for file, why in first]
         more = len(self.unreadable) - len(first)
         return told + ([f"not read: {more} more such files"] if more else [])
+
+    def _launched_without_picture(self) -> list[str]:
+        """Returns a line on each map that a launch file names and whose picture is not there."""
+        launched = [file for file in self.without_picture if self.launches.folders(file) >= 0]
+        return [
+            f"       not read: {self._short(file)}, which a launch file names: its picture is not "
+            "there"
+            for file in launched[:MAX_NAMED]
+        ]
 
     def _halves_told(self, nav2: Path) -> list[str]:
         """Returns a line on each file that is merged with a Nav2 file, which overrides it."""

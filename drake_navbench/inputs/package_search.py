@@ -63,6 +63,7 @@ PARTS = re.compile(
 # Words in names of files that another one has replaced.
 REPLACED = re.compile(r"backup|\bbak\b|(^|[_.-])(old|copy|orig(inal)?|deprecated)([_.-]|$)")
 EMPTY_WORLDS = re.compile(r"empty|default")
+OF_NAVIGATION = re.compile(r"nav2|navigation|(?:^|[_.-])nav(?:[_.-]|$)")
 SEPARATE = re.compile(r"slam|mapper|keepout|speed_|collision_monitor|localization|amcl")
 # The files by which colcon builds a package, each beside its package.xml.
 BUILT_BY = ("CMakeLists.txt", "setup.py")
@@ -328,7 +329,7 @@ def _without_remarks(file: Path) -> str:
 
 
 def _lacks_nav2(file: Path) -> bool:
-    return not any(word in file.name.lower() for word in ("nav2", "navigation"))
+    return OF_NAVIGATION.search(file.name.lower()) is None
 
 
 def _more(file: Path, words: set[str]) -> int:

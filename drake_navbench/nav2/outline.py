@@ -55,7 +55,7 @@ def note_small_inflation(
         return
     given = (name for name in reader.node.parameters if name.endswith(".inflation_radius"))
     remark = (
-        f"{radius_m:g} is less than the robot's inscribed radius, {inscribed_radius_m:.3g} m: "
+        f"{radius_m:g} is less than the robot's inscribed radius, {inscribed_radius_m:.4g} m: "
         "plans may touch obstacles"
     )
     name = next(given, "inflation_layer.inflation_radius")

@@ -67,6 +67,13 @@ DEFAULT_BEHAVIORS = {
 }
 
 
+# What differs where another planner takes State Lattice's place.
+LATTICE = (
+    "; its plans turn as sharply as a point can and never reverse, State Lattice's are joined from "
+    "the motions in lattice_filepath"
+)
+
+
 def read_planner_server(reader: NodeReader, release: Release, cell_m: float) -> Fields:
     """Returns the planner that the default tree names, with the parameters that the release reads.
 
@@ -85,8 +92,10 @@ def read_planner_server(reader: NodeReader, release: Release, cell_m: float) -> 
     if plugin_type in PLANNERS:
         values = _planner(reader, name, plugin_type, release, cell_m)
     else:
-        plugin_type = SmacPlanner2DParameters.model_fields["plugin"].default
         remark = f"{types[name]}: SmacPlanner2D with its defaults is used instead"
+        if plugin_type.endswith("SmacPlannerLattice"):
+            remark += LATTICE
+        plugin_type = SmacPlanner2DParameters.model_fields["plugin"].default
         reader.note_block(Status.STAND_IN, name, remark)
         values = _classic({RELEASE_FIELD: str(release)})
     if release < Release.LYRICAL and reader.given(PARTIAL_PLAN):

@@ -24,6 +24,7 @@ from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.gazebo_world import GazeboWorld, occupancy_of, scenario_in_world
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario, Suite, scenario_on_map
+from drake_navbench.inputs.task_time import with_time
 from drake_navbench.inputs.world_on_map import free_on_both
 from drake_navbench.navigation.costmaps.map_file import OccupancyMap, load_map
 from drake_navbench.typed_files.quantities import Pose
@@ -73,10 +74,11 @@ def sample_tasks(
     grid, suite = load_map(map_file), Suite(name=map_file.stem)
     known = _known_floor(map_file)
     pairs = _drawn_pairs(known, [robot, *beside], count, map_file, seed=seed, start=start)
-    return [
+    tasks = (
         scenario_on_map(map_file, *pair, name=name, suite=suite, grid=grid)
         for name, pair in zip(_numbered(map_file.stem, count), pairs, strict=True)
-    ]
+    )
+    return [with_time(task, [robot, *beside]) for task in tasks]
 
 
 def sample_world_tasks(
@@ -101,10 +103,11 @@ def sample_world_tasks(
     if map_file is not None:
         floor = free_on_both(floor, _known_floor(map_file))
     pairs = _drawn_pairs(floor, [robot, *beside], count, world.path, seed=seed, start=start)
-    return [
+    tasks = (
         scenario_in_world(world, *pair, name=name, suite=suite, map_file=map_file)
         for name, pair in zip(_numbered(stem, count), pairs, strict=True)
-    ]
+    )
+    return [with_time(task, [robot, *beside]) for task in tasks]
 
 
 def _known_floor(map_file: Path) -> OccupancyMap:

@@ -129,6 +129,42 @@ def test_check_refuses_what_the_run_would_refuse(tmp_path, capsys):
     assert "CostCritic.consider_footprint" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("others", "told"),
+    [
+        (["--map", "gone.yaml", "--goals", "2"], "gone.yaml"),
+        (["--map", WARD, "--goals", "gone_goals.yaml"], "gone_goals.yaml"),
+        (["gone_scenario.yaml"], "gone_scenario.yaml"),
+        (["gone.world", "--goals", "2"], "gone.world"),
+        (["--map", WARD, "--start", "0", "0", "0", "--goal", "999", "0", "0"], "off the map"),
+        (["--barn", "gone_barn"], "gone_barn"),
+        (["--controllers", "rpp,none_such"], "none_such"),
+        (["--params", "gone_params.yaml"], "gone_params.yaml"),
+        (["empty", "--sweep", "FollowPath.nothing=1,2"], "nothing"),
+        (["--metric", "gone.py:mine"], "gone.py"),
+        (["--columns", "no_metric"], "no_metric"),
+        (["--live-port", "8000"], "--live-port: expected --live as well"),
+        (["--robot", "gone_robot.yaml"], "gone_robot.yaml"),
+        (["--packages", "gone_folder"], "--packages gone_folder: expected a folder"),
+    ],
+)
+def test_check_looks_at_each_input_beside_the_nav2_file_as_a_drive_does(
+    others, told, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    assert main(["--nav2", file_of("iron"), *others, "--check"]) == 2
+    *_, line = capsys.readouterr().err.splitlines()
+    assert told in line
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_check_of_a_nav2_file_on_a_map_draws_its_tasks_and_is_the_table(capsys):
+    assert main(["--nav2", file_of("iron"), "--map", WARD, "--goals", "2", "--check"]) == 0
+    on_map = capsys.readouterr().out
+    assert main(["--nav2", file_of("iron"), "--check"]) == 0
+    assert capsys.readouterr().out == on_map
+
+
 def test_a_file_without_controllers_needs_them_by_name(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "part.yaml").write_text("planner_server: {ros__parameters: {use_sim_time: true}}")

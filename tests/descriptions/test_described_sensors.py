@@ -152,6 +152,40 @@ def test_without_a_lidar_the_default_one_is_where_its_link_is(tmp_path):
     assert any("the default one where the link laser is" in r for r in rows(path, Status.STAND_IN))
 
 
+@pytest.mark.parametrize(
+    ("pitch", "has_laser", "lidar"),
+    [
+        # The camera is 0.4 m over the box's middle, so 0.5 m over its underside.
+        ("0", False, {"pose": (0.1, 0.05, 0.0), "height_m": 0.5, "angle_span_rad": 1.2}),
+        # Its view of 0.95 rad up and down holds nothing level any more.
+        ("0.6", False, {"pose": (0.0, 0.0, 0.0)}),
+        ("0", True, {"pose": (0.2, 0.0, 0.0), "height_m": 0.45}),
+    ],
+)
+def test_a_depth_camera_scans_level_where_no_lidar_and_no_link_of_one_is(
+    tmp_path, pitch, has_laser, lidar
+):
+    camera = (
+        "<camera><horizontal_fov>1.2</horizontal_fov><image><width>640</width>"
+        "<height>480</height></image><clip><near>0.2</near><far>4</far></clip></camera>"
+    )
+    laser = link("", "laser") + (
+        '<joint name="l" type="fixed"><parent link="base_link"/><child link="laser"/>'
+        '<origin xyz="0.2 0 0.35"/></joint>'
+    )
+    body = link(BOX) + EYE.format(rpy=f"0 {pitch} 0") + sensor("depth_camera", camera)
+    path = urdf(tmp_path, body + (laser if has_laser else ""))
+    found = load_robot(str(path))
+    assert "eye" in found.depth_sensors
+    for name, value in lidar.items():
+        assert getattr(found.lidar, name) == pytest.approx(value)
+    (told,) = (row for row in rows(path, Status.STAND_IN) if "lidar: none described" in row)
+    is_camera = "angle_span_rad" in lidar
+    assert ("the depth camera eye scans level, over 69 degrees" in told) == is_camera
+    if is_camera:
+        assert (found.lidar.angle_min_rad, found.lidar.range_max_m) == (-0.6, 4.0)
+
+
 def test_an_argument_that_leaves_the_lidar_out_is_named(tmp_path):
     path = tmp_path / "cart.urdf.xacro"
     path.write_text(

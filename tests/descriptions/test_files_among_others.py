@@ -268,12 +268,15 @@ def test_files_of_move_base_are_told(tmp_path):
             ("d", "base_local_planner"),
             ("e", "x"),
         )
+    } | {
+        "param/f.yaml": "local_costmap:  # of ROS 1\n  global_frame: odom\n",
+        "param/g.yaml": "local_costmap:\n  local_costmap:\n    global_frame: odom\n",
     }
     found = find_package_files([written(tmp_path, files)])
     (line,) = (line for line in found.lines(found.picked([])) if line.startswith("nav2:"))
     assert line == (
         "nav2: none found; not read, as of ROS 1's move_base: param/a.yaml, param/b.yaml, "
-        "param/c.yaml and 1 more"
+        "param/c.yaml and 2 more"
     )
 
 

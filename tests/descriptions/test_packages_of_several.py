@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from package_scenes import NAV2, filled, map_files
 
+from drake_navbench.inputs.descriptions.ros_packages import forget_folders
 from drake_navbench.inputs.package_search import find_package_files
 from drake_navbench.nav2.driven_file import driven_file
 
@@ -57,6 +58,61 @@ def test_a_launch_file_tells_which_nav2_file_and_map_belong_together(repository)
     assert any("cart_nav/maps/hall.yaml (as in sim.launch.py)" in line for line in lines)
     picked, _ = filled("--package", str(repository), "--pick", "map=2")
     assert picked.map != arguments.map
+
+
+@pytest.mark.parametrize(
+    ("launched", "taken"),
+    [("stock_nav_params.yaml", "stock_nav_params.yaml"), ("other.yaml", "nav2_params.yaml")],
+)
+def test_a_launched_nav2_file_is_taken_though_another_has_the_plainer_name(
+    repository, launched, taken
+):
+    (repository / "cart_nav" / "config" / "stock_nav_params.yaml").write_text(NAV2)
+    (repository / "start.launch.py").write_text(f"'config', '{launched}'")
+    arguments, _ = filled("--package", str(repository))
+    assert [path.name for path in arguments.nav2] == [taken]
+
+
+def test_a_map_goes_with_the_nav2_file_that_an_included_launch_file_names(repository):
+    """By its name alone attic.yaml would come first, and another launch file names it, too."""
+    map_files(repository / "cart_nav" / "maps", "attic", "hall")
+    launch = repository / "cart_nav" / "launch"
+    launch.mkdir()
+    (launch / "navigation.launch.py").write_text("'nav2_params.yaml'")
+    (launch / "map.launch.py").write_text("'attic.yaml'")
+    (launch / "main.launch.py").write_text("'navigation.launch.py', 'hall.yaml'")
+    arguments, lines = filled("--package", str(repository))
+    assert arguments.map.name == "hall.yaml"
+    assert any("hall.yaml (as in main.launch.py)" in line for line in lines)
+
+
+def test_a_launched_map_without_its_picture_is_told(repository):
+    map_files(repository / "cart_nav" / "maps", "attic", "hall")
+    (repository / "cart_nav" / "maps" / "hall.pgm").unlink()
+    (repository / "cart_nav" / "main.launch.py").write_text("'nav2_params.yaml', 'hall.yaml'")
+    arguments, lines = filled("--package", str(repository))
+    assert arguments.map.name == "attic.yaml"
+    told = "not read: cart_nav/maps/hall.yaml, which a launch file names: its picture is not there"
+    assert told in [line.strip() for line in lines]
+
+
+def test_a_model_whose_name_an_environment_variable_completes_is_launched(repository):
+    """The variable is set in another launch file than that which names the model."""
+    cart = next(repository.rglob("cart.urdf.xacro"))
+    for name in ("cart_long", "cart_short"):
+        (cart.parent / f"{name}.urdf.xacro").write_text(cart.read_text())
+    cart.unlink()
+
+    def first():
+        return find_package_files([repository]).files["robot"][0].name
+
+    (repository / "show.launch.py").write_text(
+        "'urdf', 'cart_' + os.environ['CART'] + '.urdf.xacro'"
+    )
+    assert first() == "cart_long.urdf.xacro"
+    (repository / "all.launch.py").write_text("SetEnvironmentVariable('CART', 'short')")
+    forget_folders()
+    assert first() == "cart_short.urdf.xacro"
 
 
 def test_a_launch_file_that_adds_a_mask_makes_it_no_map(repository):

@@ -108,6 +108,16 @@ def steered(rear_m, front_m):
     return *(text.replace(f"{joint}0 ", f"{joint}{rear_m} ") for text in rear), knuckle, front
 
 
+def test_a_small_wheel_between_two_larger_ones_stands_for_them_and_is_none(tmp_path):
+    """As controllers of cars want it; one that is not in the middle of the two is a wheel."""
+    pair = [wheel(side, y, CYLINDER.format(0.1)) for side, y in (("left", 0.2), ("right", -0.2))]
+    path = robot(tmp_path, wheel("rear", 0.0, CYLINDER.format(0.025)), *pair)
+    model = read_source(path).model
+    assert [found.radius_m for found in wheels_of(model, "base_link")] == pytest.approx([0.1, 0.1])
+    path = robot(tmp_path, wheel("rear", 0.1, CYLINDER.format(0.025)), *pair)
+    assert len(wheels_of(read_source(path).model, "base_link")) == 3
+
+
 @pytest.mark.parametrize(
     ("plugin", "radius_m"),
     [

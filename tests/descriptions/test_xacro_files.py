@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 
 import numpy as np
@@ -13,6 +14,7 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.described_robot import describe_robot
 from drake_navbench.inputs.descriptions.model_source import read_source
+from drake_navbench.inputs.descriptions.ros_packages import Packages
 from drake_navbench.inputs.descriptions.xacro_file import expand_xacro
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.processes import limited_call
@@ -87,6 +89,19 @@ def test_a_mesh_of_a_gazebo_model_is_searched_by_the_models_name(tmp_path):
     mesh = collision('<mesh filename="model://gone/hull.stl"/>')
     path.write_text(XACRO.replace('<link name="laser"/>', f'<link name="laser">{mesh}</link>'))
     assert "left out model://gone/hull.stl" in " ".join(rows(path, Status.STAND_IN))
+
+
+def test_a_file_of_a_folder_without_model_config_is_found_by_a_model_s_name(tmp_path):
+    """As below GZ_SIM_RESOURCE_PATH; a folder of that name without the file is none."""
+    mesh = tmp_path / "props" / "crate" / "meshes" / "crate.dae"
+    mesh.parent.mkdir(parents=True)
+    mesh.write_text("<COLLADA/>")
+    (tmp_path / "crate").mkdir()
+    (tmp_path / "package.xml").write_text("<package><name>hall</name></package>")
+    (tmp_path / "worlds").mkdir()
+    packages = Packages(tmp_path / "worlds" / "hall.world", [tmp_path])
+    assert packages.place("model://crate/meshes/crate.dae") == mesh
+    assert packages.place("model://crate/meshes/other.dae") is None
 
 
 def test_a_comment_before_the_declaration_hinders_neither_xacro_nor_urdf(tmp_path):
@@ -254,6 +269,38 @@ def test_launch_files_choose_the_branch_of_a_model(tmp_path, launched, taken):
     assert '<link name="short"/>' in expand_xacro(path, {"chassis": "short"}).text
 
 
+SCANNING = (
+    '<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="base_link"/>'
+    '<xacro:arg name="sim_gz" default="false"/><xacro:arg name="arm" default="false"/>'
+    '<xacro:if value="$(arg sim_gz)"><gazebo><sensor name="eye" type="{}"/></gazebo></xacro:if>'
+    '<xacro:if value="$(arg arm)"><link name="arm"/></xacro:if></robot>'
+)
+
+
+@pytest.mark.parametrize(
+    ("launched", "sensor", "remarks"),
+    [
+        (
+            "'xacro', 'cart.xacro', ' sim_gz:=', \"true\", ' arm:=true'",
+            "gpu_lidar",
+            ("argument sim_gz: true, as in a.launch.py; its own default is false",),
+        ),
+        # Nothing is won by a flag that brings no lidar, and none is tried that nobody sets.
+        ("'xacro', 'cart.xacro', ' sim_gz:=true'", "camera", ()),
+        ("'xacro', 'cart.xacro'", "gpu_lidar", ()),
+    ],
+)
+def test_a_flag_of_the_simulation_that_brings_the_lidar_is_set(tmp_path, launched, sensor, remarks):
+    path = tmp_path / "cart.xacro"
+    path.write_text(SCANNING.format(sensor))
+    (tmp_path / "a.launch.py").write_text(launched)
+    found = expand_xacro(path)
+    assert found.remarks == remarks
+    assert ("<sensor" in found.text) == bool(remarks)
+    assert '<link name="arm"/>' not in found.text
+    assert "<sensor" not in expand_xacro(path, {"sim_gz": "false"}).text
+
+
 def test_a_launch_file_of_another_model_gives_no_value(tmp_path):
     path = tmp_path / "cart.xacro"
     path.write_text('<robot name="a"><link name="$(arg arm)"/></robot>')
@@ -311,6 +358,37 @@ def test_a_xacro_file_that_asks_the_environment_is_told_in_words(tmp_path, monke
         load_robot(str(path))
     monkeypatch.setenv("CART_LENGTH", "0.8")
     assert load_robot(str(path)).outline[:, 0].max() == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize(
+    ("launch", "text"),
+    [
+        ("a.launch.py", "SetEnvironmentVariable('CART_LENGTH', '0.8')"),
+        ("a.launch.py", "SetEnvironmentVariable(name='CART_LENGTH', value='0.8')"),
+        ("a.launch.py", 'os.environ["CART_LENGTH"] = "0.8"'),
+        ("a.launch.py", "length = os.environ.get('CART_LENGTH', '0.8')"),
+        ("a.launch.xml", '<set_env name="CART_LENGTH" value="0.8"/>'),
+        ("a.launch", '<env name="CART_LENGTH" value="0.8"/>'),
+    ],
+)
+def test_an_environment_variable_that_is_not_set_has_the_value_of_the_launch_files(
+    tmp_path, monkeypatch, launch, text
+):
+    monkeypatch.delenv("CART_LENGTH", raising=False)
+    path = tmp_path / "cart.urdf.xacro"
+    path.write_text(f'<robot name="a">{link(BOX.replace("0.6", "$(env CART_LENGTH)"))}</robot>')
+    (tmp_path / launch).write_text(f"# SetEnvironmentVariable('CART_LENGTH', '0.2')\n{text}\n")
+    found = expand_xacro(path)
+    assert 'size="0.8 0.4' in found.text
+    assert found.remarks == (f"environment variable CART_LENGTH: 0.8, as in {launch}",)
+    assert "CART_LENGTH" not in os.environ
+    # The file's own default is for those who launch it without.
+    path.write_text(path.read_text().replace("(env CART_LENGTH", "(optenv CART_LENGTH 0.5"))
+    assert 'size="0.8 0.4' in expand_xacro(path).text
+    (tmp_path / "b.launch.py").write_text("SetEnvironmentVariable('CART_LENGTH', '0.7')")
+    assert 'size="0.5 0.4' in expand_xacro(path).text
+    monkeypatch.setenv("CART_LENGTH", "0.9")
+    assert 'size="0.9 0.4' in expand_xacro(path).text
 
 
 ROBOT_YAML = """serial_number: a200-0001

@@ -176,6 +176,20 @@ def test_part_of_a_plan_through_poses_is_no_plan_here(setup_in, release, value, 
     assert row_of(setup_in(text, release), "allow_partial_planning").status is status
 
 
+def test_what_differs_where_another_planner_takes_the_place_of_state_lattice_is_told(setup_in):
+    text = (
+        "planner_server: {ros__parameters: {planner_plugins: [GridBased], GridBased: {plugin: "
+        "nav2_smac_planner::SmacPlannerLattice}}}\n"
+    )
+    row = row_of(setup_in(text, "jazzy"), "GridBased")
+    assert row.status is Status.STAND_IN
+    assert "never reverse, State Lattice's are joined from the motions" in row.text
+    other = row_of(
+        setup_in(text.replace("nav2_smac_planner::SmacPlannerLattice", "a/B"), "jazzy"), "GridBased"
+    )
+    assert other.text.endswith("SmacPlanner2D with its defaults is used instead")
+
+
 @pytest.mark.parametrize(
     ("value", "status"),
     [("costmap_converter::CostmapToLinesDBSMCCH", Status.STAND_IN), ("''", Status.NO_MEANING)],

@@ -15,6 +15,7 @@ from drake_navbench.commands.run import build_parser
 from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.task_check import check_task
+from drake_navbench.navigation.velocity_smoother import VelocitySmootherParameters
 from drake_navbench.trial.goal_sampling import MIN_DISTANCE_M, sample_tasks
 from drake_navbench.trial.planning import make_plan
 
@@ -37,6 +38,32 @@ def test_the_seed_alone_tells_which_are_drawn():
 
     assert drawn(5) == drawn(5)
     assert drawn(5) != drawn(6)
+
+
+def test_a_robot_too_slow_for_its_way_has_twice_the_time_of_the_straight_one():
+    """At 0.01 m/s 5 m take 500 s, and there is 600 s for a task on a map."""
+    drive = WHEELCHAIR.drive.model_copy(update={"max_linear_velocity_mps": 0.01})
+    slow = WHEELCHAIR.model_copy(update={"drive": drive})
+    tasks = sample_tasks(WARD, slow, 5, seed=1)
+    straight_s = [math.dist(task.start[:2], task.goal[:2]) / 0.01 for task in tasks]
+    assert [task.timeout_s for task in tasks] == [
+        max(600.0, math.ceil(2.0 * each_s)) for each_s in straight_s
+    ]
+    assert max(straight_s) > 600.0
+    beside = sample_tasks(WARD, WHEELCHAIR, 5, seed=1, beside=[slow])
+    assert [task.timeout_s for task in beside] == [task.timeout_s for task in tasks]
+    usual = sample_tasks(WARD, WHEELCHAIR, 5, seed=1)
+    assert {task.timeout_s for task in usual} == {600.0}
+    assert [task.goal for task in usual] == [task.goal for task in tasks]
+
+
+def test_a_velocity_smoother_may_be_what_makes_a_robot_slow():
+    smoother = VelocitySmootherParameters(max_velocity=(0.02, 0.0, 1.0))
+    navigation = WHEELCHAIR.navigation.model_copy(update={"velocity_smoother": smoother})
+    slow = WHEELCHAIR.model_copy(update={"navigation": navigation})
+    (task,) = sample_tasks(WARD, slow, 1, seed=1)
+    straight_s = math.dist(task.start[:2], task.goal[:2]) / 0.02
+    assert task.timeout_s == max(600.0, math.ceil(2.0 * straight_s))
 
 
 def write_rooms(folder: Path) -> Path:

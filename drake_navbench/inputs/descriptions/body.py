@@ -20,6 +20,9 @@ BASE_LINKS = ("base_link", "base_footprint")
 CIRCLE_CORNERS = 32
 # Corners that lie within this of a straight edge are left out of the outline, m.
 TOLERANCE_M = 1e-3
+# Wheels at the same place along the robot and in height are on one axle, m; how many times larger
+# the pair beside a wheel is that stands for it.
+SAME_AXLE_M, LARGER = 0.01, 1.5
 ENDLESS = "continuous"
 TURNING = (ENDLESS, "revolute")
 # Words in a joint's or link's name by which it is a wheel's or a caster's.
@@ -240,7 +243,25 @@ def wheels_of(model: Model, base: str) -> list[Wheel]:
         tyre = _round_tyre(link, to_base) or _mesh_tyre(link, to_base)
         position, radius_m = tyre or ((to_base @ link.pose)[:3, 3], None)
         wheels.append(Wheel(joint, position, radius_m, to_base[:3, :3] @ joint.axis))
-    return _near_the_floor(wheels)
+    wheels = _near_the_floor(wheels)
+    return [wheel for wheel in wheels if not _is_virtual(wheel, wheels)]
+
+
+def _is_virtual(wheel: Wheel, wheels: Sequence[Wheel]) -> bool:
+    """Tells whether a wheel hangs over the floor in the middle between two larger ones.
+
+    Controllers of cars drive and steer such a wheel in place of the pair beside it.
+    """
+    larger = [
+        other
+        for other in wheels
+        if other.radius_m is not None
+        and wheel.radius_m is not None
+        and other.radius_m > LARGER * wheel.radius_m
+        and np.allclose(other.position[[0, 2]], wheel.position[[0, 2]], atol=SAME_AXLE_M)
+    ]
+    across = [other.position[1] - wheel.position[1] for other in larger]
+    return len(across) == 2 and abs(sum(across)) < SAME_AXLE_M
 
 
 def _near_the_floor(wheels: Sequence[Wheel]) -> list[Wheel]:

@@ -38,13 +38,19 @@ LEVEL_RAD = math.radians(10.0)
 class FoundSensor(NamedTuple):
     """A sensor as fields of a robot file; name: as in the model. remark: a difference, or ''.
 
-    topic: its topic, '' where the model does not tell.
+    topic: its topic, '' where the model does not tell. is_camera: whether it is a depth camera.
     """
 
     name: str
     fields: dict[str, Any]
     remark: str = ""
     topic: str = ""
+    is_camera: bool = False
+
+    @property
+    def sees_level(self) -> bool:
+        """Tells whether a depth sensor sees what is as high as it is."""
+        return abs(self.fields["pitch_rad"]) < 0.5 * self.fields["vertical_fov_rad"]
 
 
 class FoundSensors(NamedTuple):
@@ -268,7 +274,7 @@ def _depth_camera(sensor: Sensor, pose: Array, floor_m: float) -> FoundSensor:
         "row_count": int(min(height, MAX_ROWS)),
         "period_s": _period_s(sensor),
     }
-    return FoundSensor(sensor.name, fields, remark)
+    return FoundSensor(sensor.name, fields, remark, is_camera=True)
 
 
 def _vertical(span: float, pitch: float) -> float:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from drake_navbench.inputs.descriptions.ros_packages import Packages
 from drake_navbench.typed_files.input_file import read_head_text
 
 LAUNCH_FILE = re.compile(r"launch.*\.(?:py|xml|launch|ya?ml)$|\.launch$")
+LINE_REMARKS = re.compile(r"(?:^|\s)#[^\n]*|<!--[\s\S]*?-->")
 # A folder of which every Python file is a launch file.
 LAUNCH_FOLDER = "launch"
 # Words alone: an expression of a launch file is no value.
@@ -18,12 +19,26 @@ VALUE = r"([\w.+-]+)"
 # and in a mapping.
 FORMS = (
     r"\b{name}:={value}",
+    r"\b{name}:=\s*[\"'],\s*[\"']{value}[\"']",
     r"DeclareLaunchArgument\(\s*(?:name\s*=\s*)?[\"']{name}[\"'],\s*default_value\s*=\s*[\"']{value}[\"']",
     r"<arg\s+name=\"{name}\"\s+default=\"{value}\"",
     r"[\"']{name}[\"']\s*:\s*[\"']{value}[\"']",
 )
 # Flags tell simulation from robot: a repository's launch files give both.
 FLAGS = frozenset({"true", "false", "0", "1", "yes", "no"})
+SET = frozenset({"true", "1", "yes"})
+
+
+# How launch files set an environment variable, or say what it is where nobody has set it.
+VARIABLE_FORMS = (
+    re.compile(
+        r"(?:SetEnvironmentVariable|EnvironmentVariable|environ\.(?:get|setdefault)|getenv)\(\s*"
+        r"(?:name\s*=\s*)?[\"'](\w+)[\"']\s*,\s*(?:(?:default_)?value\s*=\s*)?"
+        rf"[\"']{VALUE}[\"']"
+    ),
+    re.compile(rf"environ\[[\"'](\w+)[\"']\]\s*=\s*[\"']{VALUE}[\"']"),
+    re.compile(rf"<(?:set_)?env\s+name=\"(\w+)\"\s+value=\"{VALUE}\""),
+)
 
 
 def is_launch_file(file: Path) -> bool:
@@ -40,6 +55,24 @@ def launched_value(name: str, file: Path, packages: Packages) -> tuple[str, Path
     return next(_launched_values(name, file, packages), None)
 
 
+def set_variables(files: Iterable[Path]) -> Iterator[tuple[str, str, Path]]:
+    """Yields each environment variable that launch files set, with its value and the file."""
+    for file in files:
+        text = LINE_REMARKS.sub("", read_head_text(file))
+        for form in VARIABLE_FORMS:
+            yield from ((name, value, file) for name, value in form.findall(text))
+
+
+def launched_variable(name: str, packages: Packages) -> tuple[str, Path] | None:
+    """Returns an environment variable's value that a robot's launch files set, and one that does.
+
+    None where none sets it, or they do not agree.
+    """
+    files = packages.files(is_launch_file)
+    found = [(value, file) for set_name, value, file in set_variables(files) if set_name == name]
+    return found[0] if len({value for value, _ in found}) == 1 else None
+
+
 def chosen_value(name: str, file: Path, packages: Packages) -> tuple[str, Path] | None:
     """Returns a choice, such as a chassis, that launch files make for an argument with a default.
 
@@ -48,6 +81,17 @@ def chosen_value(name: str, file: Path, packages: Packages) -> tuple[str, Path] 
     found = list(_launched_values(name, file, packages))
     values = {value for value, _ in found}
     return found[0] if len(values) == 1 and not FLAGS & {v.lower() for v in values} else None
+
+
+def launched_flags(names: Iterable[str], file: Path, packages: Packages) -> dict[str, Path]:
+    """Returns a launch file that sets a flag to true, for each flag for which there is one."""
+    found: dict[str, Path] = {}
+    for name in sorted(names):
+        values = _launched_values(name, file, packages)
+        launch = next((launch for value, launch in values if value.lower() in SET), None)
+        if launch is not None:
+            found[name] = launch
+    return found
 
 
 def _launched_values(name: str, file: Path, packages: Packages) -> Iterator[tuple[str, Path]]:

@@ -112,7 +112,10 @@ class Packages:
         if named is not None:
             package = self.model(named[1]) if uri[0] == "m" else self.folder(named[1])
             place = None if package is None else self._inside(package / named[2])
-            return place if place is not None or package is None else self._above(named[2], package)
+            if place is None and package is not None:
+                place = self._above(named[2], package)
+            is_elsewhere = place is None and uri[0] == "m"
+            return self._in_a_folder(named[1], named[2]) if is_elsewhere else place
         # `file:/p` and `file:///p` name the same file (RFC 8089); before the first of them, tools
         # that expand xacro put a folder, as before a relative path.
         path = Path(uri.rpartition("file:")[2].removeprefix("//"))
@@ -133,6 +136,11 @@ class Packages:
             model = self.model(path.parts[1])
             places.append(None if model is None else self._inside(model.joinpath(*path.parts[2:])))
         return next((found for found in places if found is not None), None)
+
+    def _in_a_folder(self, name: str, path: str) -> Path | None:
+        """Returns a file of a folder that is no model, as below GZ_SIM_RESOURCE_PATH."""
+        folders = (f for root in self._roots for f in _folders(root) if f.name == name)
+        return next((place for f in folders if (place := self._inside(f / path))), None)
 
     def _of_another_computer(self, path: Path) -> Path | None:
         """Returns the file of this repository that an absolute path names on its author's computer.

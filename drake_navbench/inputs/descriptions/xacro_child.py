@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import re
 import tempfile
-from collections.abc import Set
+from collections.abc import Iterator, Mapping, Set
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,13 @@ from xacrodoc import packages as found_packages
 from xacrodoc.packages import PackageNotFoundError
 
 from drake_navbench.errors import InputError, as_line
-from drake_navbench.inputs.descriptions.launched_value import FLAGS, chosen_value, launched_value
+from drake_navbench.inputs.descriptions.launched_value import (
+    FLAGS,
+    chosen_value,
+    launched_flags,
+    launched_value,
+    launched_variable,
+)
 from drake_navbench.inputs.descriptions.ros_packages import Packages
 from drake_navbench.inputs.descriptions.xacro_macro import call_of, robot_macro, with_call
 from drake_navbench.inputs.descriptions.xml_file import without_late_declaration
@@ -25,11 +32,17 @@ UNDEFINED = re.compile(r"Undefined substitution argument (\w+)")
 # The beginning of a file's place in a package.
 PACKAGE = "package://"
 UNSET = re.compile(r"environment variable '(\w+)' is not set")
+ASKED = re.compile(r"asks for the environment variable (\w+)")
+# The variables for which a file has a default.
+OPTIONAL = re.compile(r"\$\(optenv\s+(\w+)")
 # xacro tells a missing file twice.
 TOLD_AGAIN = re.compile(r" \[Errno 2\] No such file or directory: '[^']*'$")
 # The most files of missing packages; xacro asks for one after the other.
 MAX_MISSING = 100
 LINK = re.compile(r"<link\b")
+SCANS = re.compile(r"<sensor\b[^>]*\btype\s*=\s*[\"'](?:gpu_)?(?:ray|lidar)[\"']")
+# Values of a flag.
+ON, OFF = "true", frozenset({"false", "0", "no"})
 # Without such an element nothing is left that drives.
 WHEEL = re.compile(r"<joint\b[^>]*wheel", re.IGNORECASE)
 XML_SUFFIXES = (".xacro", ".urdf", ".xml", ".gazebo", ".sdf")
@@ -57,6 +70,11 @@ def expand(request: dict[str, Any]) -> dict[str, Any]:
     path = Path(request["file"])
     given = path.read_bytes() if request["text"] is None else request["text"].encode()
     content = without_late_declaration(given).decode(errors="replace")
+    with _environment_kept():
+        return _expanded_file(path, content, request)
+
+
+def _expanded_file(path: Path, content: str, request: dict[str, Any]) -> dict[str, Any]:
     text, arguments, remarks = _expanded_with(path, content, request)
     macro = None if LINK.search(text) else robot_macro(content, path)
     if macro is not None:
@@ -68,6 +86,17 @@ def expand(request: dict[str, Any]) -> dict[str, Any]:
     return {"text": text, "arguments": arguments, "remarks": remarks, "files": files}
 
 
+@contextmanager
+def _environment_kept() -> Iterator[None]:
+    """Sets the environment back at the end."""
+    before = dict(os.environ)
+    try:
+        yield
+    finally:
+        os.environ.clear()
+        os.environ.update(before)
+
+
 def _expanded_with(
     path: Path, content: str, request: dict[str, Any]
 ) -> tuple[str, dict[str, str], list[str]]:
@@ -77,11 +106,17 @@ def _expanded_with(
     with tempfile.TemporaryDirectory() as folder:
         missing = _Missing(Path(folder), packages)
         launched: dict[str, str] = {}
+        for name in OPTIONAL.findall(content):
+            missing.sets(f"asks for the environment variable {name}")
         for _ in range(MAX_MISSING):
             arguments = _Arguments(launched | request["arguments"])
             try:
                 text = _expanded(path, content, arguments, missing)
-                chosen = _chosen(arguments, {*launched, *request["arguments"]}, path, packages)
+                given = {*launched, *request["arguments"]}
+                chosen = _chosen(arguments, given, path, packages)
+                if not (chosen or SCANS.search(text)):
+                    flags = launched_flags(arguments.off() - given, path, packages)
+                    chosen = _scanning(flags, path, content, dict(arguments), missing)
                 if not chosen:
                     break
                 for name, (value, launch) in chosen.items():
@@ -93,6 +128,8 @@ def _expanded_with(
             except PackageNotFoundError as error:
                 missing.add(str(error.args[0]))
             except InputError as error:
+                if missing.sets(str(error)):
+                    continue
                 asked = UNDEFINED.search(str(error))
                 found = launched_value(asked[1], path, packages) if asked else None
                 if asked and found and asked[1] not in launched:
@@ -127,6 +164,28 @@ def _chosen(
         if name in arguments and str(arguments[name]).lower() not in {"", *FLAGS}
     }
     return {name: told for name, told in found.items() if told and told[0] != arguments[name]}
+
+
+def _scanning(
+    flags: Mapping[str, Path],
+    path: Path,
+    content: str,
+    values: Mapping[str, str],
+    missing: _Missing,
+) -> dict[str, tuple[str, Path]]:
+    """Returns the first flag that gives a model a lidar, with its value and launch file; {} else.
+
+    flags: those that are off by default, and a launch file that sets each. A launch file of a
+    simulation sets one that brings the sensors, and that of the robot does not.
+    """
+    for name, launch in flags.items():
+        try:
+            text = _expanded(path, content, _Arguments({**values, name: ON}), missing)
+        except (InputError, PackageNotFoundError):
+            continue
+        if SCANS.search(text):
+            return {name: (ON, launch)}
+    return {}
 
 
 class _Missing:
@@ -177,6 +236,16 @@ class _Missing:
             self.names.append(name)
         found_packages.update_package_cache({name: place})
 
+    def sets(self, fault: str) -> bool:
+        """Sets the environment variable that a fault calls unset, as a launch file does."""
+        unset = ASKED.search(fault)
+        found = launched_variable(unset[1], self._packages) if unset else None
+        if unset is None or found is None or unset[1] in os.environ:
+            return False
+        os.environ[unset[1]] = found[0]
+        self.told.append(f"environment variable {unset[1]}: {found[0]}, as in {found[1].name}")
+        return True
+
     def provides(self, fault: str) -> bool:
         """Creates the file that a fault calls missing; tells whether it is in a missing package."""
         named = re.search(rf"{re.escape(str(self.folder))}/[^\s'\"]+", fault)
@@ -211,6 +280,10 @@ class _Arguments(dict[str, str]):
     def __init__(self, values: dict[str, str]) -> None:
         super().__init__(values)
         self.declared: set[str] = set()
+
+    def off(self) -> set[str]:
+        """Returns the flags that are off."""
+        return {name for name in self.declared if str(self.get(name, "")).lower() in OFF}
 
     def __contains__(self, name: object) -> bool:
         self.declared.add(str(name))

@@ -94,7 +94,8 @@ def require_random(scenario: str, rows: Sequence[Row], objectives: Sequence[Obje
     ):
         raise InputError(
             f"scenario {scenario}: nothing in it is random, so that all its trials are one; "
-            "expected one with noise or a varied start"
+            "expected one with noise or a varied start, or a robot with noise: a robot file with "
+            "`like: MODEL` and `lidar: {range_std_m: 0.01}`"
         )
 
 
