@@ -101,4 +101,4 @@ def stand_in_later(middleware, domain, *, after):
     finally:
         done.set()
         after.kill()
-        thread.join(timeout=10.0)
+        thread.join()
