@@ -92,6 +92,18 @@ def test_a_process_with_other_software_drives_nothing_and_says_what_differs(tmp_
     assert not fingerprint()._replace(features="other").differing(fingerprint())
 
 
+# A run that waits for its scheduler, which a busy computer starts late, as long as it takes.
+PATIENT_RUN = """
+import sys
+from drake_navbench.campaign import cluster_connection
+from drake_navbench.commands import run
+
+cluster_connection.CONNECT_TIMEOUT_S = float(sys.argv[1])
+sys.exit(run.main(sys.argv[2:]))
+"""
+PATIENCE_S = 1e6
+
+
 class Cluster:
     """A scheduler and workers on loopback, each a process, started by hand as on many machines."""
 
@@ -110,11 +122,18 @@ class Cluster:
         folder = ["--local-directory", str(self._folder)]
         self.workers.append(self._start("worker", self.address, *arguments, *folder))
 
+    def start_run(self, scenario: Path, trials: int, out: Path) -> subprocess.Popen[bytes]:
+        asked = [str(scenario), "--controllers", "rpp", "--trials", str(trials)]
+        rest = ["--replay", "none", "--figures", "none", "--cluster", self.address]
+        rest += ["--trust-network", "--out", str(out)]
+        return self._begin("-c", PATIENT_RUN, str(PATIENCE_S), "--quiet", *asked, *rest)
+
     def _start(self, *arguments: str) -> subprocess.Popen[bytes]:
+        return self._begin("-m", "dask", *arguments)
+
+    def _begin(self, *arguments: str) -> subprocess.Popen[bytes]:
         process = subprocess.Popen(
-            [sys.executable, "-m", "dask", *arguments],
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
+            [sys.executable, *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
         )
         self._processes.append(process)
         return process
@@ -159,29 +178,6 @@ def assert_same_results(found: Path, expected: Path) -> None:
         )
 
 
-# A run that waits for its scheduler, which a busy computer starts late, as long as it takes.
-PATIENT_RUN = """
-import sys
-from drake_navbench.campaign import cluster_connection
-from drake_navbench.commands import run
-
-cluster_connection.CONNECT_TIMEOUT_S = float(sys.argv[1])
-sys.exit(run.main(sys.argv[2:]))
-"""
-PATIENCE_S = 1e6
-
-
-def start_run(tmp_path: Path, trials: int, address: str, out: Path) -> subprocess.Popen[bytes]:
-    (tmp_path / "short.yaml").write_text(SCENARIO)
-    asked = [str(tmp_path / "short.yaml"), "--controllers", "rpp", "--trials", str(trials)]
-    rest = ["--replay", "none", "--figures", "none", "--cluster", address]
-    rest += ["--trust-network", "--out", str(out)]
-    return subprocess.Popen(
-        [sys.executable, "-c", PATIENT_RUN, str(PATIENCE_S), "--quiet", *asked, *rest],
-        stderr=subprocess.DEVNULL,
-    )
-
-
 def test_a_metric_of_a_file_is_measured_here_where_a_cluster_drives(tmp_path, monkeypatch):
     """The cluster's machines do not have the file, so that their rows lack its metric."""
     campaign = short_campaign(tmp_path, 1)
@@ -221,7 +217,8 @@ def test_killed_workers_and_a_killed_client_lose_nothing(tmp_path, loopback, mon
     for _ in range(3):
         loopback.add_worker()
     out = tmp_path / "cluster"
-    client = start_run(tmp_path, trials, loopback.address, out)
+    campaign = short_campaign(tmp_path, trials)
+    client = loopback.start_run(tmp_path / "short.yaml", trials, out)
     wait_for(lambda: len(logs_in(out)) >= 3, client)
     loopback.workers[0].send_signal(signal.SIGKILL)
     loopback.add_worker()
@@ -239,6 +236,6 @@ def test_killed_workers_and_a_killed_client_lose_nothing(tmp_path, loopback, mon
     manifest = ResultsFolder(out).read_manifest()
     driven_again = sum(entry["trials"] for entry in manifest["cluster"])
     assert 0 < driven_again <= trials - len(kept)
-    plain = begun(tmp_path / "plain", campaign := short_campaign(tmp_path, trials))
+    plain = begun(tmp_path / "plain", campaign)
     run_campaign(campaign, plain, jobs=2)
     assert_same_results(out, plain.path)
