@@ -59,6 +59,7 @@ def click(browser, name: str) -> None:
 
 
 def set_slider(browser, name: str, value: float) -> None:
+    browser.wait_for(f"!!{ROW.format(name)}")
     browser.evaluate(
         f"void viewer.gui.__controllers.find(c => c.property === {name!r}).setValue({value})"
     )
@@ -80,12 +81,14 @@ def is_late_costmap(error: str) -> bool:
 
 def test_a_trial_is_paused_begun_again_and_driven_at_the_sliders_speed(browser, tmp_path):
     process = watched(browser, str(tmp_path / "out"))
-    browser.wait_for(f"{X} > 0.5")
+    # So slow that a busy browser clicks before the robot arrives.
+    set_slider(browser, PACE, 0.1)
+    browser.wait_for(f"{X} > 0.3")
     click(browser, PAUSE)
     stood = wait_still(browser)
-    click(browser, PAUSE)
-    browser.wait_for(f"{X} > {stood} + 0.2")
     browser.screenshot("live-controls")
+    click(browser, PAUSE)
+    browser.wait_for(f"{X} > {stood} + 0.1")
     set_slider(browser, SPEED, 0.3)
     click(browser, RESTART)
     browser.wait_for(f"{X} < {stood}")
