@@ -222,7 +222,8 @@ def test_a_pull_request_that_drives_worse_is_refused(runner):
     base = runner.commit(timeout_s=30)
     # Too short a time to arrive.
     runner.commit(timeout_s=2)
-    require_refused(runner, base)
+    # Seven trials that all differ in one direction decide: 2 / 2^7 < 3%.
+    require_refused(runner, base, QUICK.replace("--trials 1", "--trials 7"))
     assert "timed out" in (runner.temp / "drake_navbench" / "worst_trial.html").read_text()
 
 
@@ -284,7 +285,7 @@ def driven() -> TrialLog:
     return run_trial("restricted_small", "rpp")
 
 
-def require_refused(runner: Runner, base: str) -> None:
+def require_refused(runner: Runner, base: str, arguments: str = QUICK) -> None:
     """Runs all steps for a pull request that makes it worse."""
     of_pull_request = context(
         runner,
@@ -292,6 +293,7 @@ def require_refused(runner: Runner, base: str) -> None:
             "github.event.pull_request.base.sha": base,
             "github.event.pull_request.number": "7",
             "inputs.install": ".",
+            "inputs.arguments": arguments,
         },
     )
     results = {}

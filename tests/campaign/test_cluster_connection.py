@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import socket
 import stat
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -145,15 +144,12 @@ ADDRESS_WANTED = "expected tls://HOST:PORT or tcp://HOST:PORT of a scheduler, or
         (["tcp://127.0.0.1:{port}", "--trust-network"], "no scheduler answers there within 1 s"),
     ],
 )
-def test_a_cluster_that_cannot_be_had_is_one_line_in_time(
-    asked, told, tmp_path, monkeypatch, capsys
-):
+def test_a_cluster_that_cannot_be_had_is_one_line(asked, told, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(cluster_connection, "CONNECT_TIMEOUT_S", 1.0)
     with socket.socket() as taken:
         # Bound and never listening: nobody else gets the port, and nobody answers.
         taken.bind(("127.0.0.1", 0))
         asked = [word.format(port=taken.getsockname()[1]) for word in asked]
-        started_s = time.monotonic()
         out = tmp_path / "out"
         arguments = ["empty", "--controllers", "rpp", "--out", str(out)]
         status = command.main([*arguments, "--cluster", *asked])
@@ -163,7 +159,6 @@ def test_a_cluster_that_cannot_be_had_is_one_line_in_time(
     assert told in error
     assert error.count("\n") == 1
     assert not out.exists()
-    assert time.monotonic() - started_s < 60.0
 
 
 def test_words_on_a_cluster_without_one_are_refused(capsys):

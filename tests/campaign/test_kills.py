@@ -20,7 +20,6 @@ from drake_navbench.logs.log_columns import UNREPEATABLE_COLUMNS
 from drake_navbench.logs.results import ResultsFolder, remove_unfinished
 
 SCENARIO = "description: nothing in the way\ngoal: [2.0, 0.0, 0.0]\ntimeout_s: 20.0\n"
-PATIENCE_S = 60.0
 VICTIMS = {
     "main, killed": (0, signal.SIGKILL),
     "main, terminated": (0, signal.SIGTERM),
@@ -39,7 +38,7 @@ def start(*arguments: str) -> subprocess.Popen:
 
 
 def finish(running: subprocess.Popen) -> str:
-    output, _ = running.communicate(timeout=PATIENCE_S)
+    output, _ = running.communicate()
     assert "Traceback" not in output
     return output
 
@@ -67,9 +66,7 @@ def command_of(pid: int) -> bytes:
 
 
 def wait_until_gone(pids: list[int]) -> None:
-    deadline_s = time.monotonic() + PATIENCE_S
     while any(command_of(pid) for pid in pids):
-        assert time.monotonic() < deadline_s
         time.sleep(0.05)
 
 
@@ -160,7 +157,7 @@ def test_a_run_killed_while_it_drives_goes_on_from_what_it_had(task, tmp_path):
     family = [pid for generation in family_of(running.pid) for pid in generation]
     assert len(family) >= 3
     running.kill()
-    running.wait(PATIENCE_S)
+    running.wait()
     wait_until_gone(family)
     kept = {path: path.read_bytes() for path in folder.path.rglob("trial_*.parquet")}
     assert 0 < len(kept) < 8

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -95,19 +94,27 @@ def test_people_are_compiled_before_the_trials_and_told(nothing_is_known):
 @pytest.mark.long
 def test_after_the_warm_up_a_trial_with_people_compiles_next_to_nothing(tmp_path):
     """From an empty cache: 15 s of kernels of people and of their metrics came with the trial."""
-    ask = [sys.executable, "-m", "drake_navbench.run", "doorway_people", "--controllers", "rpp"]
-    done = subprocess.run(
-        [*ask, "--trials", "1", "--replay", "none", "--out", str(tmp_path / "results")],
-        env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "kernels")},
-        capture_output=True,
-        text=True,
-        check=True,
+    kernels, world = tmp_path / "kernels", "doorway_people"
+    compiling = (
+        "from pathlib import Path\n"
+        "from drake_navbench.campaign.compiled_kernels import compile_into\n"
+        f"compile_into(Path({str(kernels)!r}), ['rpp'], [{world!r}], jobs=1)\n"
     )
-    told = re.search(r"used for the first time: rpp, .*people \(social_force\)", done.stdout)
-    assert told is not None
-    (before,) = re.findall(r"(\d+) compiled,", done.stdout)
-    after = len(list((tmp_path / "kernels").glob("*/*.nbc")))
-    assert after - int(before) < 5
+    ask = ["-m", "drake_navbench.run", world, "--controllers", "rpp", "--trials", "1"]
+
+    def told(*arguments: str) -> str:
+        return subprocess.check_output(
+            [sys.executable, *arguments],
+            env=os.environ | {"NUMBA_CACHE_DIR": str(kernels)},
+            text=True,
+        )
+
+    assert "compiling for rpp, people (social_force)\n" in told("-c", compiling)
+    before = set(kernels.glob("*/*.nbc"))
+    assert len(before) > 100
+    run = told(*ask, "--replay", "none", "--out", str(tmp_path / "results"))
+    assert "Compiling" not in run
+    assert len(set(kernels.glob("*/*.nbc")) - before) < 5
 
 
 def test_a_controller_of_somebody_else_is_left_to_the_trials(nothing_is_known, monkeypatch):

@@ -36,12 +36,12 @@ def cart(folder, body, *, name="cart.urdf"):
 
 def refusal(read, *arguments, **options):
     """Returns the one line with which something is refused, in time."""
-    began = time.monotonic()
+    began_s = time.process_time()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", InputWarning)
         with pytest.raises(InputError) as caught:
             read(*arguments, **options)
-    assert time.monotonic() - began < LIMIT_S
+    assert time.process_time() - began_s < LIMIT_S
     line = str(caught.value)
     assert "\n" not in line
     assert len(line) < 2000

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-import time
+import resource
 
 import numpy as np
 import pytest
@@ -189,14 +189,19 @@ def test_a_fault_in_an_included_file_names_that_file(tmp_path):
         load_robot(str(path))
 
 
+def processor_time_s() -> float:
+    """Returns the processor time of the children that have ended."""
+    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+
+
 @pytest.mark.usefixtures("real_children")
 def test_xacro_that_never_ends_or_eats_memory_is_stopped(tmp_path):
     path = tmp_path / "cart.urdf.xacro"
     path.write_text('<robot><link name="${len([0]*10**9)}"/></robot>')
-    began = time.monotonic()
+    began_s = processor_time_s()
     with pytest.raises(InputError, match="at most 1 GB of memory and 30 s"):
         expand_xacro(path)
-    assert time.monotonic() - began < 30.0
+    assert processor_time_s() - began_s < 30.0
 
 
 @pytest.mark.usefixtures("real_children")

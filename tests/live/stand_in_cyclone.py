@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import os
+import signal
 import sys
 import uuid
 from contextlib import suppress
@@ -120,6 +122,7 @@ def main() -> None:
     parser.add_argument("domain", type=int)
     parser.add_argument("--stamped", action="store_true")
     parser.add_argument("--quits-after", type=int, metavar="COMMANDS")
+    parser.add_argument("--dies-after", type=int, metavar="COMMANDS", help="without a farewell")
     parser.add_argument("--localizes", action="store_true", help="as AMCL does")
     parser.add_argument("--echo", action="store_true", help="answer each scan with a standstill")
     arguments = parser.parse_args()
@@ -131,6 +134,8 @@ def main() -> None:
     with suppress(KeyboardInterrupt):
         while arguments.quits_after is None or stack.command_count < arguments.quits_after:
             stack.spin_once()
+            if stack.command_count == arguments.dies_after:
+                os.kill(os.getpid(), signal.SIGKILL)
 
 
 if __name__ == "__main__":

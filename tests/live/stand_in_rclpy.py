@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
+import signal
 import sys
 import uuid
 from contextlib import suppress
@@ -39,11 +41,12 @@ LATCHED = QoSProfile(
 class StandIn(Node):
     """The topics of the stand-in, with the qualities that Nav2 asks for."""
 
-    def __init__(self, *, stamped: bool, echo: bool) -> None:
+    def __init__(self, *, stamped: bool, echo: bool, dies_after: int | None) -> None:
         use_time = Parameter("use_sim_time", Parameter.Type.BOOL, True)
         super().__init__("stand_in", parameter_overrides=[use_time])
         self._brain = Brain()
         self._stamped, self._echo = stamped, echo
+        self._commands_left = dies_after
         self._goals: list[tuple[bytes, int]] = []
         self.create_subscription(Clock, "/clock", self._on_clock, 10)
         self.create_subscription(Odometry, "/odom", self._on_odometry, 10)
@@ -90,9 +93,18 @@ class StandIn(Node):
         command = self._brain.tick(message.clock.sec + 1e-9 * message.clock.nanosec)
         if command is not None and not self._echo:
             self._command.publish(self._twist(*command))
+            self._count_command()
         if self._goals and self._goals[-1][1] == EXECUTING != self._brain.state:
             self._goals[-1] = self._goals[-1][0], self._brain.state
             self._tell()
+
+    def _count_command(self) -> None:
+        """Dies after its last command, without a farewell."""
+        if self._commands_left is None:
+            return
+        self._commands_left -= 1
+        if self._commands_left == 0:
+            os.kill(os.getpid(), signal.SIGKILL)
 
     def _twist(self, v: float, w: float):
         twist = Twist()
@@ -125,10 +137,13 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--stamped", action="store_true")
     parser.add_argument("--echo", action="store_true", help="answer each scan with a standstill")
+    parser.add_argument("--dies-after", type=int, metavar="COMMANDS", help="without a farewell")
     arguments = parser.parse_args()
     rclpy.init()
     with suppress(KeyboardInterrupt, ExternalShutdownException):
-        rclpy.spin(StandIn(stamped=arguments.stamped, echo=arguments.echo))
+        rclpy.spin(
+            StandIn(stamped=arguments.stamped, echo=arguments.echo, dies_after=arguments.dies_after)
+        )
 
 
 if __name__ == "__main__":

@@ -49,6 +49,6 @@ def studio(tmp_path_factory) -> Iterator[Studio]:
     address = process.stdout.readline().split()[1]
     yield Studio(folder, own, address, process)
     process.send_signal(signal.SIGINT)
-    _, errors = process.communicate(timeout=60)
+    _, errors = process.communicate()
     assert process.returncode == 0, errors
     assert "Traceback" not in errors

@@ -1,6 +1,5 @@
 """Memory does not grow with what was driven, and what a trial has built is freed after it."""
 
-import ctypes
 import gc
 import weakref
 from collections import Counter
@@ -8,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from resident_memory import resident_mb
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import load_preset
@@ -20,7 +20,6 @@ from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import simulate
 
 HOUR_S = 3600.0
-MEBIBYTE = 2**20
 
 
 @pytest.mark.parametrize(
@@ -43,13 +42,6 @@ def test_what_a_trial_has_built_is_freed_after_it(mode, monkeypatch):
     gc.collect()
     assert len(built) > 10
     assert [part() for part in built if part() is not None] == []
-
-
-def resident_bytes() -> int:
-    """Returns the memory that this process holds, without what it has freed but kept."""
-    gc.collect()
-    ctypes.CDLL(None).malloc_trim(0)
-    return int(Path("/proc/self/statm").read_text().split()[1]) * 4096
 
 
 def hall(folder: Path) -> Path:
@@ -87,7 +79,7 @@ def test_memory_after_a_day_of_driving_is_that_after_an_hour(tmp_path):
     # Few beams, so that a day takes a quarter of an hour.
     robot = load_robot("wheelchair", {"lidar": {"beam_count": 60}})
     rpp = load_preset("rpp")
-    driven_s, outcomes, after_s = 0.0, Counter(), {}
+    driven_s, outcomes, memory_mb = 0.0, Counter(), {}
     for hours in (1, 24):
         while driven_s < hours * HOUR_S:
             task = drawn_task(map_file, random)
@@ -96,6 +88,6 @@ def test_memory_after_a_day_of_driving_is_that_after_an_hour(tmp_path):
             driven_s += log.end_time_s
             outcomes[log.outcome] += 1
             del log
-        after_s[hours] = resident_bytes()
-        print(f"{dict(outcomes)} after {driven_s:.0f} s: {after_s[hours] / MEBIBYTE:.1f} MiB")
-    assert after_s[24] <= 1.05 * after_s[1]
+        memory_mb[hours] = resident_mb()
+        print(f"{dict(outcomes)} after {driven_s:.0f} s: {memory_mb[hours]:.1f} MiB")
+    assert memory_mb[24] <= 1.05 * memory_mb[1]

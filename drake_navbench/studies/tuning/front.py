@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from drake_navbench.analysis.numbers import counted
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.logs.results import file_name
 from drake_navbench.studies.tuning.guards import (
@@ -143,8 +144,10 @@ def _judged(
     parts = {FRESH: (request.scenarios, SEED_OF_FRESH)}
     if request.deciding_pairs > request.fresh:
         tell(
-            f"--fresh {request.fresh} can decide nothing about {request.most_front_points} points "
-            f"and {len(request.objectives)} objectives; {request.deciding_pairs} pairs are driven"
+            f"--fresh {request.fresh} can decide nothing about "
+            f"{counted(request.most_front_points, 'point')} and "
+            f"{counted(len(request.objectives), 'objective')}; "
+            f"{request.deciding_pairs} pairs are driven"
         )
     if request.held_out:
         parts[HELD_OUT] = (request.held_out, SEED_OF_HELD_OUT)

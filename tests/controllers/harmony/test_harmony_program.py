@@ -110,11 +110,8 @@ def cost_gap(seed):
     return (solved[0].cost - theirs.cost) / theirs.cost if solved else math.inf
 
 
-@pytest.mark.parametrize(
-    "seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in (1, 2))]
-)
-def test_the_cost_is_within_a_percent_of_what_ipopt_finds(seed):
-    assert abs(cost_gap(seed)) < 0.01
+def test_the_cost_is_within_a_percent_of_what_ipopt_finds():
+    assert abs(cost_gap(0)) < 0.01
 
 
 @pytest.mark.long

@@ -206,7 +206,7 @@ def test_a_baseline_that_never_arrives_is_one_line_and_leaves_no_study(
 
 
 @pytest.mark.long
-def test_a_real_search_is_driven_and_judged(tmp_path):
+def test_a_real_search_is_driven_and_judged(tmp_path, capsys):
     arguments = ["rpp_bringup", "--scenarios", "doorway,one_obstacle"]
     arguments += ["--held-out", "static_obstacles", "--configurations", "3", "--pairs", "4"]
     arguments += ["--fresh", "2", "--front", "1", "--jobs", "2"]
@@ -214,5 +214,8 @@ def test_a_real_search_is_driven_and_judged(tmp_path):
     result = json.loads((tmp_path / "tuning" / "tuning.json").read_text(encoding="utf-8"))
     assert len(result["configurations"]) == 3
     assert len(result["front"]) == 1
+    # Ten pairs that all differ in one direction have p = 2 / 2^10 < 1% / 3; nine do not decide.
+    told = "--fresh 2 can decide nothing about 1 point and 3 objectives; 10 pairs are driven"
+    assert told in capsys.readouterr().out
     logs = tmp_path / "tuning" / "held_out" / "trials" / "static_obstacles"
-    assert len(list(logs.glob("*/*.parquet"))) == 4
+    assert len(list(logs.glob("*/*.parquet"))) == 2 * 10
