@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from drake_navbench.kernels.grid import NO_INFORMATION, world_to_cell
@@ -18,7 +19,7 @@ from drake_navbench.kernels.grid import NO_INFORMATION, world_to_cell
 LARGEST_HOLE_CELLS = 2.0
 
 
-@njit(cache=True)
+@register_jitable
 def split_hole(distance_squared, resolution):
     """Returns the number of intervals into which Nav2 splits the gap between two poses."""
     hole_squared = resolution * resolution * LARGEST_HOLE_CELLS * LARGEST_HOLE_CELLS

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
 from drake_navbench.controllers.mppi.objective import add_pose_curvature, objective
 from drake_navbench.kernels.arrays import Array
@@ -105,7 +106,7 @@ def descend(situation, weights, spline, start, lower, upper, settings):
     return variables, False
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _sequence(spline, variables):
     sequence = spline.by_variables @ variables
     for i in range(sequence.shape[0]):
@@ -113,7 +114,7 @@ def _sequence(spline, variables):
     return sequence.reshape(-1, 2)
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _error(gradient, variables, low, high, lower, upper, barrier):
     """Returns the largest residual of the barrier problem's conditions."""
     error = 0.0
@@ -124,7 +125,7 @@ def _error(gradient, variables, low, high, lower, upper, barrier):
     return error
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _barrier(variables, lower, upper, barrier):
     total = 0.0
     for i in range(variables.shape[0]):
@@ -132,7 +133,7 @@ def _barrier(variables, lower, upper, barrier):
     return total
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _newton_step(curvature, slopes):
     """Returns the step against the slopes; damps the second derivatives until they are positive.
 

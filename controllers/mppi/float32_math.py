@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
 F32 = np.float32
 ZERO = F32(0.0)
@@ -68,7 +69,7 @@ def wrap32(angle):
     return remainder + PI if remainder < ZERO else remainder - PI
 
 
-@njit(cache=True)
+@register_jitable
 def clamp32(value, low, high):
     """Returns min(high, max(value, low)), in that order: `high` wins where low > high.
 

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
 from drake_navbench.controllers.mppi.float32_math import ZERO, clamp32, sin_cos
 from drake_navbench.controllers.mppi.lanes import LANES
@@ -69,7 +70,7 @@ def velocity_lanes(speed, rise, fall, controls, noise, velocities):
         _velocity_row(velocities[t - 1], controls[t - 1], noise[t - 1], rise, fall, velocities[t])
 
 
-@njit(cache=True)
+@register_jitable
 def _velocity_row(previous, control, noise, rise, fall, velocities):
     for lane in range(LANES):
         forward = previous[lane] > ZERO
@@ -78,7 +79,7 @@ def _velocity_row(previous, control, noise, rise, fall, velocities):
         velocities[lane] = clamp32(control + noise[lane], low, high)
 
 
-@njit(cache=True)
+@register_jitable
 def clamp_noise_lanes(controls, velocities, noise, clamped_noise):
     """Writes the noise that would have led to `velocities` (clamp_raw_controls)."""
     steps = velocities.shape[0]
@@ -107,7 +108,7 @@ def delay_lanes(velocities, history):
             velocities[t, lane] = history[t]
 
 
-@njit(cache=True, forceinline=True)
+@register_jitable(forceinline=True)
 def _step_row(start_x, start_y, start_yaw, vx, vy, wz, dt, holonomic, x, y, yaw):
     """Integrates one step of explicit Euler over a row of lanes."""
     if holonomic:
@@ -124,7 +125,7 @@ def _step_row(start_x, start_y, start_yaw, vx, vy, wz, dt, holonomic, x, y, yaw)
             yaw[lane] = start_yaw[lane] + wz[lane] * dt
 
 
-@njit(cache=True)
+@register_jitable
 def pose_lanes(pose, dt, holonomic, vx, vy, wz, x, y, yaw):
     """Integrates a block of velocities (N, LANES) from `pose` (3,) into x, y, yaw (N, LANES).
 

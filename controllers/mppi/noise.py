@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
 from drake_navbench.controllers.mppi.float32_math import F32, HALF, ONE, TWO, TWO_PI, ZERO, sin_cos
 from drake_navbench.controllers.mppi.lanes import LANES, Lanes, block_count
@@ -47,12 +48,12 @@ def fill_normal(key: tuple[int, ...], deviation: float, blocks: Lanes) -> None:
     _fill(state, F32(deviation), blocks)
 
 
-@njit(cache=True)
+@register_jitable
 def _rotate(word, count):
     return np.uint32((word << count) | (word >> (_WORD_BITS - count)))
 
 
-@njit(cache=True, forceinline=True)
+@register_jitable(forceinline=True)
 def _uniform_row(state, row):
     """Advances every lane's xoshiro128++ by one and writes uniforms in (0, 1).
 
@@ -71,7 +72,7 @@ def _uniform_row(state, row):
         row[lane] = F32(np.int32(np.uint32(output >> _DROPPED_BITS))) * _TO_UNIT + _HALF_STEP
 
 
-@njit(cache=True, forceinline=True)
+@register_jitable(forceinline=True)
 def _split_row(bits, exponents):
     """Takes positive normal floats apart: leaves the bits of m in [1, 2), writes e of 2^e m."""
     for lane in range(LANES):
@@ -80,7 +81,7 @@ def _split_row(bits, exponents):
         bits[lane] = np.uint32((word & _MANTISSA_MASK) | _EXPONENT_OF_ONE)
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@register_jitable(error_model="numpy", forceinline=True)
 def _log_row(mantissas, exponents, logarithms):
     """Writes ln(2^e m) = e ln 2 + 2 atanh((m - 1) / (m + 1)), m moved to [sqrt(1/2), sqrt(2))."""
     for lane in range(LANES):
@@ -114,7 +115,7 @@ def _fill(state, deviation, blocks):
         _box_muller_row(logarithms, turn, deviation, even, odd)
 
 
-@njit(cache=True, forceinline=True)
+@register_jitable(forceinline=True)
 def _box_muller_row(logarithms, turn, deviation, even, odd):
     for lane in range(LANES):
         length = deviation * np.sqrt(max(-TWO * logarithms[lane], ZERO))

@@ -21,6 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION, Grid
@@ -70,7 +71,7 @@ def cost_field(grid: Grid, *, tracks_unknown: bool) -> Grid:
     return grid._replace(costs=values[grid.costs])
 
 
-@njit(cache=True)
+@register_jitable
 def _between_centres(field, x, y):
     """Returns (column, row, whether (x, y) lies between cell centres), in columns and rows."""
     rows, columns = field.costs.shape
@@ -100,7 +101,7 @@ def interpolate(field, x, y):
     return low + b * (high - low), slope_x / resolution, (high - low) / resolution
 
 
-@njit(cache=True, forceinline=True)
+@register_jitable(forceinline=True)
 def field_twist(field, x, y):
     """Returns the field's mixed second derivative d2f/dxdy, its only one within a cell."""
     values, resolution = field.costs, field.resolution
@@ -141,7 +142,7 @@ def objective(situation, weights, sequence):
     return value, gradient
 
 
-@njit(cache=True)
+@register_jitable
 def poses_along(situation, sequence):
     """Returns the poses (N + 1, 3), the first one that of the robot."""
     steps = sequence.shape[0]
@@ -157,7 +158,7 @@ def poses_along(situation, sequence):
     return poses
 
 
-@njit(cache=True, forceinline=True)
+@register_jitable(forceinline=True)
 def pose_terms(situation, weights, t, pose):
     """Returns the terms of one pose and their derivatives by x, y, yaw."""
     x, y, yaw = pose[0], pose[1], pose[2]
@@ -175,7 +176,7 @@ def pose_terms(situation, weights, t, pose):
     return value, by_x, by_y, weights.heading * math.sin(turn)
 
 
-@njit(cache=True)
+@register_jitable
 def _control_terms(situation, weights, sequence, gradient):
     """Adds the gradient of the deviation and jerk terms; returns their value."""
     steps = sequence.shape[0]
@@ -244,7 +245,7 @@ def add_pose_curvature(situation, weights, sequence, spline, curvature):
                 curvature[i, j] += turn * by_yaw[i] * by_yaw[j]
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _position_adjoints(situation, weights, sequence, poses):
     """Returns (N, 2): derivatives of the objective by x and y of the pose behind each column."""
     steps = sequence.shape[0]
@@ -261,7 +262,7 @@ def _position_adjoints(situation, weights, sequence, poses):
     return adjoints
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@register_jitable(error_model="numpy", forceinline=True)
 def _pose_curvature(situation, weights, t, pose, steps):
     """Returns the second derivatives of a pose's terms by (x, x), (x, y), (y, y) and (yaw, yaw)."""
     reference = situation.references[t]

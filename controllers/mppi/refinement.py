@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
 from drake_navbench.controllers.mppi.critics.batch import Float32Array, Scene
 from drake_navbench.controllers.mppi.lanes import frozen
@@ -162,7 +163,7 @@ def path_references(path, trajectory):
     return references, nearest
 
 
-@njit(cache=True)
+@register_jitable
 def _nearest_point(path, pose):
     """Returns the index of the path point closest to a pose; of equal ones the first."""
     nearest, least = 0, np.inf

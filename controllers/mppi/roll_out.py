@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from drake_navbench.controllers.mppi.critics.batch import length_lanes
@@ -43,7 +44,7 @@ class RollOutSetting(NamedTuple):
     column_step: int
 
 
-@njit(cache=True)
+@register_jitable
 def _roll_axis(setting, axis, controls, noise, clamped, velocities, costs):
     """Rolls out one axis of one block: velocities (N, LANES) and control costs (LANES,)."""
     velocity_lanes(
@@ -57,7 +58,7 @@ def _roll_axis(setting, axis, controls, noise, clamped, velocities, costs):
     delay_lanes(velocities, setting.delayed[axis, setting.delayed.shape[1] - used :])
 
 
-@njit(cache=True)
+@register_jitable
 def _control_cost_lanes(factor, controls, noise, costs):
     """Writes factor sum of u (c - u) to `costs` (LANES,), with the sampled controls c = u + noise.
 
@@ -73,7 +74,7 @@ def _control_cost_lanes(factor, controls, noise, costs):
         costs[lane] *= factor
 
 
-@njit(cache=True)
+@register_jitable
 def _keep_reach(column_step, block, x, y, yaw, reach):
     last = x.shape[0] - 1
     for lane in range(LANES):

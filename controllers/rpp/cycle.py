@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
 from drake_navbench.controllers.rpp.kernels import (
     arc_limits,
@@ -91,7 +92,7 @@ class Cycle(NamedTuple):
     collision: int
 
 
-@njit(cache=True)
+@register_jitable
 def points_along(settings, poses_B, lookahead):
     """Returns (x, y, x, y): the carrot, and the point to steer by, by lengths along the plan, m."""
     carrot_x, carrot_y, _ = point_along(poses_B, lookahead)
@@ -103,7 +104,7 @@ def points_along(settings, poses_B, lookahead):
     return carrot_x, carrot_y, steer_x, steer_y
 
 
-@njit(cache=True)
+@register_jitable
 def points_ahead(settings, poses_B, lookahead):
     """Returns (lookahead, carrot x, carrot y, x, y), m; at x, y is the point to slow down by.
 
@@ -124,7 +125,7 @@ def points_ahead(settings, poses_B, lookahead):
     return lookahead, carrot_x, carrot_y, slow_x, slow_y
 
 
-@njit(cache=True)
+@register_jitable
 def take_aim(settings, plan, pose, measured_v):
     """Returns the Aim for a local plan (M, 3) and a robot's pose, both in the odometry frame."""
     poses_B = to_robot_frame(plan, *pose)
@@ -154,7 +155,7 @@ def take_aim(settings, plan, pose, measured_v):
     )
 
 
-@njit(cache=True)
+@register_jitable
 def cancelling_speed(settings, measured_v, sign):
     """Returns (v, has_stopped): the measured speed, braked for one period, never past zero."""
     v = measured_v - sign * settings.control_period_s * settings.cancel_deceleration
@@ -163,7 +164,7 @@ def cancelling_speed(settings, measured_v, sign):
     return v, False
 
 
-@njit(cache=True)
+@register_jitable
 def command_within_accelerations(settings, max_linear_vel, v, curvature, sign, last_command):
     """Returns (v, w) that follows a curvature at up to `v`, reachable from the last command."""
     last_v, last_w = last_command
@@ -187,7 +188,7 @@ def command_within_accelerations(settings, max_linear_vel, v, curvature, sign, l
     return command_in_window(low, high, turn_low, turn_high, curvature, sign)
 
 
-@njit(cache=True)
+@register_jitable
 def choose_command(
     settings,
     aim,

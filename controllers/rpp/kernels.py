@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 from numba import njit
+from numba.extending import register_jitable
 
 from drake_navbench.kernels.collision_check import distance_from_cost
 from drake_navbench.kernels.grid import FREE, MAX_NON_OBSTACLE, NO_INFORMATION
@@ -33,7 +34,7 @@ def lookahead_distance(settings, measured_v):
     return min(max(distance, settings.min_lookahead_dist), settings.max_lookahead_dist)
 
 
-@njit(cache=True)
+@register_jitable
 def point_along(poses_B, distance):
     """Returns (x, y, beyond): the point `distance` m along a plan, measured from its first pose, m.
 
@@ -53,7 +54,7 @@ def point_along(poses_B, distance):
     return poses_B[last, 0], poses_B[last, 1], distance - travelled
 
 
-@njit(cache=True)
+@register_jitable
 def point_beyond(poses_B, distance):
     """Returns (x, y) `distance` m beyond a plan of two or more poses, along its last segment, m."""
     x, y = poses_B[-1, 0], poses_B[-1, 1]
@@ -61,7 +62,7 @@ def point_beyond(poses_B, distance):
     return x + distance * math.cos(direction), y + distance * math.sin(direction)
 
 
-@njit(cache=True)
+@register_jitable
 def curvature_towards(x, y):
     """Returns the curvature of the circle through the robot, along its heading, to (x, y) m.
 
@@ -73,7 +74,7 @@ def curvature_towards(x, y):
     return 0.0
 
 
-@njit(cache=True)
+@register_jitable
 def turn_rate_in_place(settings, angle, measured_w):
     """Returns w for turning in place by `angle` rad: as fast as can still be stopped in time.
 
@@ -89,7 +90,7 @@ def turn_rate_in_place(settings, angle, measured_w):
     return sign * stoppable if abs(w) > stoppable else w
 
 
-@njit(cache=True)
+@register_jitable
 def speed_in_curve(settings, v, curvature):
     """Returns v, reduced in proportion to the radius where that is tight."""
     min_radius = settings.regulated_linear_scaling_min_radius
@@ -99,7 +100,7 @@ def speed_in_curve(settings, v, curvature):
     return v
 
 
-@njit(cache=True)
+@register_jitable
 def speed_near_obstacle(settings, v, centre_cost):
     """Returns v, reduced in proportion to the obstacle distance that the centre's cost encodes."""
     factor = settings.inflation_cost_scaling_factor
@@ -115,7 +116,7 @@ def speed_near_obstacle(settings, v, centre_cost):
     return v
 
 
-@njit(cache=True)
+@register_jitable
 def regulated_speed(settings, max_linear_vel, curvature, centre_cost, plan_length, end_distance):
     """Returns (v, in_curve, near_obstacle): the speed to track with, and its two first bounds.
 
@@ -133,7 +134,7 @@ def regulated_speed(settings, max_linear_vel, curvature, centre_cost, plan_lengt
     return min(abs(v), max_linear_vel), in_curve, near_obstacle
 
 
-@njit(cache=True)
+@register_jitable
 def arc_limits(settings, v, carrot_distance, plan_length):
     """Returns (time s, distance m) up to which a command is checked.
 
@@ -187,7 +188,7 @@ def cut_to_speed(low, high, speed):
     return cut_low, cut_high
 
 
-@njit(cache=True)
+@register_jitable
 def _straight_command(low, high, turn_low, turn_high, sign):
     """Returns (v, w) for a straight path: the fastest v, the w nearest to zero."""
     v = high if sign >= 0.0 else low
@@ -196,7 +197,7 @@ def _straight_command(low, high, turn_low, turn_high, sign):
     return v, (turn_low if abs(turn_low) <= abs(turn_high) else turn_high)
 
 
-@njit(cache=True)
+@register_jitable
 def _nearest_corner(low, high, turn_low, turn_high, curvature, sign):
     """Returns the corner (v, w) of the window nearest to the line w = curvature v."""
     corners = ((low, turn_low), (low, turn_high), (high, turn_low), (high, turn_high))
@@ -239,7 +240,7 @@ def command_in_window(low, high, turn_low, turn_high, curvature, sign):
 
 # The carrot up to Kilted: at a straight distance, on the circle about the robot. `poses_B` (M, 3)
 # is the local plan in the robot's base frame: x m, y m, yaw rad.
-@njit(cache=True)
+@register_jitable
 def point_on_circle(x1, y1, x2, y2, radius):
     """Returns (x, y), m, where the line from inside to outside crosses the circle about (0, 0).
 

@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
 # Below this turn the series is exact to double precision, and the quotient is not.
 SERIES_BELOW_RAD = 1e-3
@@ -48,7 +49,7 @@ def arc_curvature(delta):
     return 0.25 * (half * (1.0 + cosine * cosine) - 2.0 * sine * cosine) / sine**3
 
 
-@njit(cache=True)
+@register_jitable
 def interval_geometry(first, second, length_slopes, offset_slopes):
     """Returns (signed arc length m, lateral offset h m, turn rad) between two poses (3,).
 
@@ -88,7 +89,7 @@ def band_geometry(poses):
     return lengths, offsets, turns, length_slopes, offset_slopes
 
 
-@njit(cache=True)
+@register_jitable
 def band_rates(lengths, turns, time_steps):
     """Returns speeds (m,) m/s, turn rates (m,) rad/s and the slopes (m, 6) of the turns."""
     m = time_steps.shape[0]

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
 from drake_navbench.controllers.teb.arcs import band_geometry
 from drake_navbench.kernels.angles import wrap
@@ -131,7 +132,7 @@ def warm_start(band: Band, elapsed_s: float, start: Array, goal: Array, *, pace:
     return Band(freeze(poses), freeze(np.full(count, duration / count)))
 
 
-@njit(cache=True)
+@register_jitable
 def _wrapped(angle):
     """Returns the angle in [-pi, pi], rad."""
     return angle - 2.0 * math.pi * np.rint(angle / (2.0 * math.pi))

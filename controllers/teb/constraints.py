@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from drake_navbench.controllers.teb.arcs import band_geometry, band_rates
@@ -70,7 +71,7 @@ class BandScene(NamedTuple):
     encounters: Encounters = NO_ENCOUNTERS
 
 
-@njit(cache=True)
+@register_jitable
 def _add_interval_slopes(row, slopes, scale, k, m):
     """Adds scale * slopes (6,) of interval k to the pose columns of one Jacobian row."""
     x, y, yaw = pose_columns(k, m)
@@ -85,7 +86,7 @@ def _add_interval_slopes(row, slopes, scale, k, m):
         row[yaw] += scale * slopes[5]
 
 
-@njit(cache=True)
+@register_jitable
 def _fill_rates(first_row, rates, slopes, time_steps, values, jacobian):
     """Fills m rows with rates (m,) = path / time; slopes (m, 6) are those of the path."""
     m = time_steps.shape[0]
@@ -96,7 +97,7 @@ def _fill_rates(first_row, rates, slopes, time_steps, values, jacobian):
         jacobian[row, k] = -rates[k] / time_steps[k]
 
 
-@njit(cache=True)
+@register_jitable
 def _fill_accelerations(first_row, rates, start, end, slopes, time_steps, values, jacobian):
     """Fills m + 1 rows with the change of rates (m,) over the time between interval middles.
 
@@ -120,7 +121,7 @@ def _fill_accelerations(first_row, rates, start, end, slopes, time_steps, values
             jacobian[row, k] = -after / (step * span) - 0.5 * acceleration / span
 
 
-@njit(cache=True, forceinline=True)
+@register_jitable(forceinline=True)
 def _fill_pose_clearances(first_row, i, poses, discs, obstacles, share, slack, rows):
     """Fills one row for each disc at pose i: its distance to obstacles plus its slack.
 
@@ -144,7 +145,7 @@ def _fill_pose_clearances(first_row, i, poses, discs, obstacles, share, slack, r
         jacobian[row, slack_column] = share
 
 
-@njit(cache=True)
+@register_jitable
 def _fill_clearances(first_row, poses, scene, slack, rows):
     """Fills the rows of all inner poses and discs, then those for moving obstacles."""
     m, disc_count = poses.shape[0] - 1, scene.discs.shape[0]
@@ -162,7 +163,7 @@ def _fill_clearances(first_row, poses, scene, slack, rows):
         _fill_pose_clearances(row, i, poses, scene.discs, (field, shift), 1.0, slack, rows)
 
 
-@njit(cache=True)
+@register_jitable
 def _fill_turnings(first_row, speeds, turn_rates, slopes, turn_slopes, time_steps, scene, rows):
     """Fills two rows for each interval: speed along its direction, less radius times turn rate.
 

@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from drake_navbench.controllers.teb.arcs import arc_curvature, arc_ratio, band_geometry, band_rates
@@ -40,7 +41,7 @@ def band_positions(interval_count: int) -> NDArray[np.int64]:
     return positions
 
 
-@njit(cache=True)
+@register_jitable
 def _rate_curvature(path, rates, steps, ends, multipliers, pulls, weight, blocks):
     """Adds the second derivatives by path and time of all terms in one kind of rate.
 
@@ -94,7 +95,7 @@ def _rate_curvature(path, rates, steps, ends, multipliers, pulls, weight, blocks
         pulls[k] /= steps[k]
 
 
-@njit(cache=True)
+@register_jitable
 def _arc_bends(first, second, length_weight, offset_weight, bends):
     """Fills (6, 6) with weighted second derivatives of arc length and offset between two poses."""
     dx, dy = second[0] - first[0], second[1] - first[1]
@@ -127,7 +128,7 @@ def _arc_bends(first, second, length_weight, offset_weight, bends):
     bends[2, 5] = bends[5, 2] = 0.25 * yaw_yaw - turn_turn
 
 
-@njit(cache=True)
+@register_jitable
 def add_outer(matrix, places, slopes, count, weight):
     """Adds weight * slopes slopes^T at the places (count,) of the lower band matrix; -1: none."""
     for i in range(count):
@@ -138,7 +139,7 @@ def add_outer(matrix, places, slopes, count, weight):
                 matrix[places[i], places[i] - places[j]] += weight * slopes[i] * slopes[j]
 
 
-@njit(cache=True)
+@register_jitable
 def _multiply(left, right, product):
     """Fills the product of (3, 3) and (3, 7)."""
     for i in range(3):
@@ -148,7 +149,7 @@ def _multiply(left, right, product):
             )
 
 
-@njit(cache=True)
+@register_jitable
 def _interval_places(k, m, positions, places):
     """Fills (7,) positions of the poses before and after interval k and of its time step."""
     for pose in range(2):
@@ -159,7 +160,7 @@ def _interval_places(k, m, positions, places):
     places[6] = positions[k]
 
 
-@njit(cache=True)
+@register_jitable
 def _add_pose_terms(poses, scene, weights, positions, matrix):
     """Adds the curvature of the length, of backward motion and of via-points."""
     m = poses.shape[0] - 1
@@ -184,7 +185,7 @@ def _add_pose_terms(poses, scene, weights, positions, matrix):
         matrix[positions[y], 0] += 2.0 * weights.via_point
 
 
-@njit(cache=True)
+@register_jitable
 def _add_distance_bends(field, point, arm, pull, slope, places, matrix):
     """Adds pull times the curvature of the distance at a point, by x, y and yaw of the pose.
 
@@ -204,7 +205,7 @@ def _add_distance_bends(field, point, arm, pull, slope, places, matrix):
     matrix[places[2], 1] += pull * y_yaw
 
 
-@njit(cache=True)
+@register_jitable
 def _add_clearance_terms(poses, scene, weights, multipliers, positions, matrix):
     """Adds the curvature of the clearance rows, by their multipliers, and of the inflation."""
     places, slopes = np.empty(3, dtype=np.int64), np.zeros(3)
@@ -232,7 +233,7 @@ def _add_clearance_terms(poses, scene, weights, multipliers, positions, matrix):
                 _add_distance_bends(scene.field, (x, y), arm, pull, slope, places, matrix)
 
 
-@njit(cache=True)
+@register_jitable
 def _add_moving_clearance_terms(poses, scene, multipliers, positions, matrix):
     """Adds the curvature of the moving obstacles' clearance rows, by their multipliers."""
     places = np.empty(3, dtype=np.int64)
@@ -257,7 +258,7 @@ def _add_moving_clearance_terms(poses, scene, multipliers, positions, matrix):
             _add_distance_bends(field, (x, y), arm, pull, slope, places, matrix)
 
 
-@njit(cache=True)
+@register_jitable
 def _rate_pulls(multipliers, scene, m):
     """Returns (m,) and (m,) by how much the rows that bound rates grow with speed and turn rate."""
     speed_pulls = multipliers[m : 2 * m].copy()
@@ -271,7 +272,7 @@ def _rate_pulls(multipliers, scene, m):
     return speed_pulls, turn_pulls
 
 
-@njit(cache=True)
+@register_jitable
 def _add_interval_terms(
     poses,
     length_slopes,

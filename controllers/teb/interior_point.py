@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from drake_navbench.controllers.teb.constraints import BandScene, band_constraints
@@ -101,7 +102,7 @@ def structure_of(pattern: Indices, rows: int, interval_count: int) -> Structure:
     return Structure(starts.astype(np.int64), columns, band_positions(interval_count))
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _advance(quantities, steps, share, lower, upper, low, high, barrier):
     """Takes a share of the steps, also of those of the bounds' multipliers."""
     for i in range(quantities.shape[0]):
@@ -116,7 +117,7 @@ def _advance(quantities, steps, share, lower, upper, low, high, barrier):
         quantities[i] = min(moved, upper[i] - LEAST_ROOM)
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _assemble(jacobian, row_stiffness, column_stiffness, structure, matrix, border):
     """Adds J^T diag(row_stiffness) J + diag(column_stiffness); returns the slack's own element.
 
@@ -147,7 +148,7 @@ def _assemble(jacobian, row_stiffness, column_stiffness, structure, matrix, bord
     return corner
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _add_row_slopes(jacobian, multipliers, structure, gradient):
     """Adds J^T multipliers to the gradient (N,)."""
     for row in range(multipliers.shape[0]):
@@ -156,7 +157,7 @@ def _add_row_slopes(jacobian, multipliers, structure, gradient):
             gradient[column] += multipliers[row] * jacobian[row, column]
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _newton_step(matrix, border, corner, gradient, positions, step):
     """Fills step (N,) with -(second derivatives)^-1 gradient; returns whether it could.
 
@@ -193,7 +194,7 @@ def _newton_step(matrix, border, corner, gradient, positions, step):
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _row_steps(jacobian, step, structure, gaps, steps):
     """Fills the steps (R,) of the slacks that go with a step (N,) of the variables."""
     for r in range(gaps.shape[0]):
@@ -203,7 +204,7 @@ def _row_steps(jacobian, step, structure, gaps, steps):
         steps[r] = change
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _largest(numbers):
     """Returns the largest absolute value; infinity where one is not a number."""
     largest = 0.0

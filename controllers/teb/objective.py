@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
 from drake_navbench.controllers.teb.arcs import band_geometry, band_rates
 from drake_navbench.controllers.teb.layout import pose_columns, unpack_poses
@@ -36,7 +37,7 @@ class Weights(NamedTuple):
     slack: float
 
 
-@njit(cache=True, forceinline=True)
+@register_jitable(forceinline=True)
 def _add_to_pose(gradient, i, m, slope_x, slope_y, slope_yaw):
     """Adds the slopes of pose i to the gradient, unless the pose is given."""
     x, y, yaw = pose_columns(i, m)
@@ -46,7 +47,7 @@ def _add_to_pose(gradient, i, m, slope_x, slope_y, slope_yaw):
         gradient[yaw] += slope_yaw
 
 
-@njit(cache=True)
+@register_jitable
 def _smoothness(rates, slopes, time_steps, weight, gradient):
     """Adds weight * sum of squared rate changes; slopes (m, 6) are those of rate * time step."""
     m = time_steps.shape[0]
@@ -67,7 +68,7 @@ def _smoothness(rates, slopes, time_steps, weight, gradient):
     return cost
 
 
-@njit(cache=True)
+@register_jitable
 def _inflation(poses, discs, field, weights, gradient):
     """Adds the squared shortfall of each disc's clearance below the inflation distance."""
     m = poses.shape[0] - 1

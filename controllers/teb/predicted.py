@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from drake_navbench.controllers.teb.obstacle_tracking import Track
@@ -77,7 +78,7 @@ def moving_fields(
     return MovingFields(read_only(distances), origins, resolution, velocities)
 
 
-@njit(cache=True)
+@register_jitable
 def field_of(fields, thing):
     """Returns the `DistanceField` of one thing as it lies now."""
     origin = fields.origins[thing]

@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
 from drake_navbench.controllers.teb_upstream.penalties import Attached
 from drake_navbench.controllers.teb_upstream.robot_models import model_distance
@@ -34,7 +35,7 @@ def attach(poses, count, around, record):
     return Attached(pairs[0], pairs[1], via_poses)
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _attach_by_distance(poses, count, around, terms):
     obstacles = around.obstacles
     number = obstacles.shape[0]
@@ -81,7 +82,7 @@ def _attach_by_distance(poses, count, around, terms):
     return pose_indices[:used].copy(), indices[:used].copy()
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _nearest_pose(poses, begin, count, x, y):
     """Returns the index of the first pose nearest to a point, from `begin` on; -1 without one."""
     best, nearest = math.inf, -1
@@ -92,7 +93,7 @@ def _nearest_pose(poses, begin, count, x, y):
     return nearest
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _attach_around_nearest(poses, count, around, terms):
     obstacles = around.obstacles
     reach = terms.obstacle_poses_affected // 2
@@ -117,7 +118,7 @@ def _attach_around_nearest(poses, count, around, terms):
     return pose_indices[:used].copy(), indices[:used].copy()
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _attach_via_points(poses, count, around, terms):
     via_poses = np.full(around.via_points.shape[0], -1)
     if count < 3:

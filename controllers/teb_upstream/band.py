@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
 from drake_navbench.kernels.arrays import Array
 
@@ -44,7 +45,7 @@ def normalize(angle):
     return angle
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def mean_angle(first, second):
     """Returns the circular mean of two angles."""
     x, y = math.cos(first) + math.cos(second), math.sin(first) + math.sin(second)
@@ -53,7 +54,7 @@ def mean_angle(first, second):
     return math.atan2(y, x)
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def step_time(start, end, max_speed, max_turn_rate):
     """Returns the time between two poses (3,) at constant speed, s; no acceleration, no reverse."""
     time = DEFAULT_STEP_S
@@ -64,7 +65,7 @@ def step_time(start, end, max_speed, max_turn_rate):
     return time
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def put(poses, i, pose):
     """Writes a pose (3,) into row i, a number at a time.
 
@@ -75,7 +76,7 @@ def put(poses, i, pose):
         poses[i, axis] = pose[axis]
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def copy_band(poses, steps, count, to_poses, to_steps):
     """Copies the first `count` poses and the time steps between them, a number at a time."""
     for i in range(count):

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+from numba.extending import register_jitable
 
 from drake_navbench.controllers.teb_upstream.band import normalize
 from drake_navbench.controllers.teb_upstream.normal_equations import (
@@ -28,7 +28,7 @@ SIGN_STEEPNESS = 100.0
 PREFERRED_TURNS = 3
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _interval(first, second, cos_yaw, sin_yaw, exact_arc_length, slopes):
     """Returns (signed length m, turn rad, dx, dy, distance m) between two poses (3,).
 
@@ -58,7 +58,7 @@ def _interval(first, second, cos_yaw, sin_yaw, exact_arc_length, slopes):
     return length * sign, turn, dx, dy, distance
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def add_intervals(poses, steps, count, terms, around, system):
     """Edges of single intervals: speeds, the arc condition, time, length, direction of turning.
 
@@ -138,7 +138,7 @@ def add_intervals(poses, steps, count, terms, around, system):
                 add_penalty(system, column, row, 7, against, terms.weight_prefer_rotdir)
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def fill_speed_row(row, slopes, side, step, speed):
     """Fills (7,) with the slopes of side * speed by two poses and the time step between them."""
     scale = side / step
@@ -148,7 +148,7 @@ def fill_speed_row(row, slopes, side, step, speed):
     row[3] = -side * speed / step
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _add_turning_radius(column, dx, dy, distance, turn, terms, system, row):
     """The edge of a car: a turning radius of at least min_turning_radius."""
     if turn == 0.0:
@@ -171,7 +171,7 @@ def _add_turning_radius(column, dx, dy, distance, turn, terms, system, row):
         add_penalty(system, column, row, 7, missing, terms.weight_kinematics_turning_radius)
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def add_accelerations(steps, count, terms, around, system):
     """Edges of accelerations: at the start, between intervals, at the goal.
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from numba import njit
+from numba.extending import register_jitable
 
 from drake_navbench.kernels.arrays import Array
 
@@ -49,7 +50,7 @@ def excess_outside(value, lower, upper, margin):
     return value - (upper - margin), 1.0
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def add_edge(system, first_column, slopes, count, residual, weight):
     """Adds one edge, whose slopes (count,) fill the columns from the first one on."""
     matrix, right = system.matrix, system.right
@@ -63,7 +64,7 @@ def add_edge(system, first_column, slopes, count, residual, weight):
             matrix[row, i - j] += slope * slopes[j]
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def add_penalty(system, first_column, slopes, count, value, weight):
     """Adds the edge whose residual is the positive part of a value with these slopes (count,).
 
@@ -78,7 +79,7 @@ def add_penalty(system, first_column, slopes, count, value, weight):
     add_edge(system, first_column, slopes, count, max(value, 0.0), weight)
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def add_magnitude(system, first_column, slopes, count, value, weight):
     """Adds the edge whose residual is the magnitude of a value with these slopes (count,).
 

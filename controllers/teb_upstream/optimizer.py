@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from drake_navbench.controllers.teb_upstream.association import attach
@@ -74,7 +75,7 @@ def solve_banded(matrix, damping, right, size, factor, solution):
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _move(poses, steps, count, solution):
     """Adds a step (S,) to the inner poses and all time steps, in place."""
     for i in range(count - 1):
@@ -93,7 +94,7 @@ def _move(poses, steps, count, solution):
         poses[i, 2] = yaw
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _sum(values):
     total = 0.0
     for i in range(values.shape[0]):
@@ -101,7 +102,7 @@ def _sum(values):
     return total
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def descend(poses, steps, count, record, around, attached, multiplier):
     """Runs Levenberg and Marquardt's method in place; returns (number of its steps, costs).
 

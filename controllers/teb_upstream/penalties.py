@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from drake_navbench.controllers.teb_upstream.motion_edges import (
@@ -79,7 +80,7 @@ def add_edges(poses, steps, count, record, around, attached, multiplier, system)
     add_via_points(poses, terms, around, attached, system)
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def add_obstacles(poses, steps, terms, around, attached, multiplier, system):
     """Edges of obstacles: distance, inflation, and the speed near them."""
     with_slopes, costs = system.with_slopes, system.costs
@@ -129,7 +130,7 @@ def add_obstacles(poses, steps, terms, around, attached, multiplier, system):
             _add_speed_near_obstacle(i, steps[i], distance, gradient, terms, system, row)
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _bent(missing, terms):
     """Returns (missing distance raised to the exponent, in m, and its slope); zero outside."""
     if missing <= 0.0:
@@ -139,7 +140,7 @@ def _bent(missing, terms):
     return wanted * share**exponent, exponent * share ** (exponent - 1.0)
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _add_speed_near_obstacle(i, step, distance, gradient, terms, system, row):
     """Edges that slow the robot down near an obstacle that pose i is attached to."""
     with_slopes, costs, motion = system.with_slopes, system.costs, system.motion
@@ -174,7 +175,7 @@ def _add_speed_near_obstacle(i, step, distance, gradient, terms, system, row):
                 add_penalty(system, STRIDE * i, row, 7, excess, weight)
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def add_via_points(poses, terms, around, attached, system):
     with_slopes, costs = system.with_slopes, system.costs
     row = np.zeros(3)
@@ -194,7 +195,7 @@ def add_via_points(poses, terms, around, attached, system):
             add_edge(system, STRIDE * i, row, 3, distance, terms.weight_viapoint)
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _difference_of_length(along, across):
     """Returns the slope of a length (along m, across m) as g2o's central differences have it."""
     ahead = math.hypot(along + DIFFERENCE, across)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
 from drake_navbench.controllers.teb_upstream.normal_equations import DIFFERENCE
 from drake_navbench.kernels.arrays import Array
@@ -50,7 +51,7 @@ def outline(vertices: Array) -> RobotModel:
     return RobotModel(SEGMENTS, np.ascontiguousarray(shapes), reach)
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _nearest_on(model, k, ahead, left):
     """Returns (x m, y m, radius m): the point of shape k nearest to a point, in the base frame.
 
@@ -69,7 +70,7 @@ def _nearest_on(model, k, ahead, left):
     return a_x, a_y, 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _distance(model, ahead, left):
     """Returns the distance (m) to a point in the base frame."""
     best = math.inf
@@ -79,7 +80,7 @@ def _distance(model, ahead, left):
     return best
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _differences(model, ahead, left, cos_yaw, sin_yaw):
     """Returns (d/dx, d/dy, d/dyaw) of the distance by g2o's central differences."""
     step = DIFFERENCE

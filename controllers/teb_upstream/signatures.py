@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
 # The time at which an obstacle's conductor ends, s.
 CONDUCTOR_END_S = 120.0
@@ -88,7 +89,7 @@ def is_wanted(values, known, best, rules):
     return count < rules.most_of_best
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def same_sides(first, second, threshold):
     """Whether no value (N,) of at least the threshold in both has another sign."""
     for k in range(first.shape[0]):
@@ -101,7 +102,7 @@ def same_sides(first, second, threshold):
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def add_interval(start, end, xs, ys, totals, fields):
     """Adds one straight interval's contribution to fields (N,); not yet divided by 4 pi.
 
@@ -147,7 +148,7 @@ def signature_in_time(poses, steps, obstacles):
     return fields / (4.0 * math.pi)
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def signature_in_plane(poses, obstacles, prescaler):
     """Returns (2,): real and imaginary part of the complex signature."""
     number = obstacles.shape[0]

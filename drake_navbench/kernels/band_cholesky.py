@@ -5,13 +5,13 @@ A matrix is its lower half, (N, bandwidth + 1): element (row, column) is at [row
 
 import math
 
-from numba import njit
+from numba.extending import register_jitable
 
 # The bandwidth of both TEBs: an acceleration couples two intervals, so the columns of three poses.
 BANDWIDTH = 10
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def factorise(matrix, damping, factor, least_pivot):
     """Fills the lower factor of matrix + damping I by Cholesky's method.
 
@@ -35,7 +35,7 @@ def factorise(matrix, damping, factor, least_pivot):
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def substitute(factor, vector):
     """Solves with the factor of `factorise`, in place."""
     size, bandwidth = factor.shape[0], factor.shape[1] - 1

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from numba.extending import register_jitable
 
 # The largest share of the way to a bound, or of a multiplier to zero, that a step takes.
 TO_BOUND_RATIO = 0.99
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def barrier_terms(quantities, lower, upper, low, high, barrier, stiffness, push):
     """Writes the barrier's second derivatives, by the multipliers, and its first ones (`push`)."""
     for i in range(quantities.shape[0]):
@@ -29,7 +29,7 @@ def barrier_terms(quantities, lower, upper, low, high, barrier, stiffness, push)
             push[i] += barrier / room
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def share_to_bounds(quantities, steps, lower, upper):
     """Returns the largest share of the steps, up to 1, that keeps off all bounds."""
     share = 1.0
@@ -41,7 +41,7 @@ def share_to_bounds(quantities, steps, lower, upper):
     return share
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def next_multiplier(multiplier, room, step, moved, barrier, spread):
     """Returns a bound's multiplier after a step.
 

@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
 from drake_navbench.kernels.collision_check import is_pose_in_collision
 
@@ -19,7 +20,7 @@ IN_PLACE_SPEED_MPS = 0.01
 IN_PLACE_TURN_RATE_RADPS = 0.01
 
 
-@njit(cache=True)
+@register_jitable
 def arc_period(circumscribed_radius, resolution, v, w):
     """Returns the time in which no point of the robot moves farther than a cell, s; inf at rest."""
     if abs(v) < IN_PLACE_SPEED_MPS and abs(w) > IN_PLACE_TURN_RATE_RADPS:
@@ -51,7 +52,7 @@ def project_arc(x, y, yaw, v, w, period, time_limit, distance_limit):
     return arc[:count]
 
 
-@njit(cache=True)
+@register_jitable
 def first_collision(grid, tracks_unknown, footprint, arc):
     """Returns the index of the first pose of an arc (N, 3) in collision, -1 where there is none."""
     for i in range(arc.shape[0]):

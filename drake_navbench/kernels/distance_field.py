@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
 from drake_navbench.kernels.arrays import Array
 from drake_navbench.kernels.grid import LETHAL, Costmap
@@ -31,7 +32,7 @@ class DistanceField(NamedTuple):
     resolution: float
 
 
-@njit(cache=True)
+@register_jitable
 def _squared_distance_1d(samples, result, sites, borders):
     """Lower envelope of the parabolas samples[q] + (p - q)^2; Felzenszwalb, Huttenlocher 2012."""
     count = samples.shape[0]
@@ -58,7 +59,7 @@ def _squared_distance_1d(samples, result, sites, borders):
         result[p] = offset * offset + samples[sites[nearest]]
 
 
-@njit(cache=True)
+@register_jitable
 def _squared_cell_distance(is_source, far_squared):
     """Returns (rows, columns) squared distances in cells to the nearest source cell."""
     rows, columns = is_source.shape
@@ -82,7 +83,7 @@ def _squared_cell_distance(is_source, far_squared):
     return squared
 
 
-@njit(cache=True)
+@register_jitable
 def _bounds(is_member):
     """Returns (first row, end row, first column, end column) of a window around all members.
 
@@ -135,7 +136,7 @@ def distance_field(costmap: Costmap) -> DistanceField:
     return DistanceField(distances, costmap.origin_x, costmap.origin_y, costmap.resolution)
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _spline_weights(t):
     """Quadratic B-spline weights of the three nearest samples, t in [-0.5, 0.5], and slopes."""
     before, after = 0.5 - t, 0.5 + t
@@ -143,7 +144,7 @@ def _spline_weights(t):
     return values, (-before, -2.0 * t, after)
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _nearest_sample(coordinate, origin, resolution):
     """Returns (index, offset in cells) of the sample next to a coordinate, m; maybe off the map."""
     cells = (coordinate - origin) / resolution - 0.5
@@ -151,7 +152,7 @@ def _nearest_sample(coordinate, origin, resolution):
     return int(index), cells - index
 
 
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _neighbours(index, count):
     """Returns the indices of the samples about an index; beyond the border, the outermost one's."""
     last = count - 1
@@ -187,7 +188,7 @@ def sample_distance(field, x, y):
     return distance, slope_x / field.resolution, slope_y / field.resolution
 
 
-@njit(cache=True)
+@register_jitable
 def sample_curvature(field, x, y):
     """Returns (d2/dx2, d2/dxdy, d2/dy2) of `sample_distance`: they jump between cells."""
     distances = field.distances
@@ -209,7 +210,7 @@ def sample_curvature(field, x, y):
     return by_xx / squared, by_xy / squared, by_yy / squared
 
 
-@njit(cache=True)
+@register_jitable
 def pose_clearance(field, discs, x, y, yaw):
     """Returns the least distance between the robot's discs and an obstacle at a pose, m."""
     cos_yaw, sin_yaw = math.cos(yaw), math.sin(yaw)

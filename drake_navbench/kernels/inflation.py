@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from drake_navbench.kernels.grid import (
@@ -171,7 +172,7 @@ def _raise_costs(costs, window, distances, corner, reach, table, inflate_unknown
                     costs[row, column] = cost
 
 
-@njit(cache=True)
+@register_jitable
 def _nearest_in_row(nearest, squares, first, reach):
     """Writes into `nearest` the least of squares[first + column + k] + k^2 over |k| <= reach."""
     count = nearest.shape[0]

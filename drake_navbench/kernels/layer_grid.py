@@ -12,6 +12,7 @@ from typing import TypeVar
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from drake_navbench.kernels.grid import NO_INFORMATION, world_to_cell
@@ -110,7 +111,7 @@ def merge_layer(
     np.copyto(master, layer, where=writes)
 
 
-@njit(cache=True)
+@register_jitable
 def grow_box(box, x, y):
     """Grows a box, (4,) min_x, min_y, max_x, max_y m, in place, so that it holds a point, m."""
     box[0], box[1] = min(box[0], x), min(box[1], y)
@@ -169,7 +170,7 @@ def fill_outline(grid, outline, cost):
             costs[bottom + row, left + column] = cost
 
 
-@njit(cache=True)
+@register_jitable
 def draw_line(costs, column_0, row_0, column_1, row_1, step_limit, cost):
     """Sets the cells of Nav2's line (see grid.line_max_cost), in at most `step_limit` steps."""
     delta_column, delta_row = abs(column_1 - column_0), abs(row_1 - row_0)

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from drake_navbench.kernels.grid import FREE, LETHAL, Grid, distance_to_cells, world_to_cell
@@ -206,7 +207,7 @@ def mark_points(grid, bounds, sensor, points, ranges, heights, measured=IN_PLANE
         grow_box(bounds, x, y)
 
 
-@njit(cache=True)
+@register_jitable
 def _cut_ray(sensor_x, sensor_y, x, y, min_x, min_y, max_x, max_y):
     """Returns the end of a ray, cut where it leaves the grid; edge by edge, in Nav2's order."""
     along_x, along_y = x - sensor_x, y - sensor_y
@@ -225,7 +226,7 @@ def _cut_ray(sensor_x, sensor_y, x, y, min_x, min_y, max_x, max_y):
     return x, y
 
 
-@njit(cache=True)
+@register_jitable
 def _free_ray(costs, column_0, row_0, column_1, row_1, min_cells, max_cells):
     """Frees the cells of a line, from min_cells after its start to at most max_cells."""
     length = math.hypot(column_1 - column_0, row_1 - row_0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from numba import njit
+from numba.extending import register_jitable
 
 
 @njit(cache=True)
@@ -48,7 +49,7 @@ def outline_to_circles(outline, circles, limit):
     return nearest if nearest <= limit else math.inf
 
 
-@njit(cache=True)
+@register_jitable
 def _outline_to_edge_squared(outline, x0, y0, x1, y1):
     """Returns the squared distance from an outline to one edge."""
     is_inside = False
@@ -70,13 +71,13 @@ def _outline_to_edge_squared(outline, x0, y0, x1, y1):
     return 0.0 if is_inside else nearest
 
 
-@njit(cache=True)
+@register_jitable
 def _side(ax, ay, bx, by, x, y):
     """Returns the side of the line from a to b on which a point lies: positive to the left."""
     return (bx - ax) * (y - ay) - (by - ay) * (x - ax)
 
 
-@njit(cache=True)
+@register_jitable
 def _cross(ax, ay, bx, by, x0, y0, x1, y1):
     """Returns whether two segments cross, ends that only touch excepted."""
     side_0, side_1 = _side(ax, ay, bx, by, x0, y0), _side(ax, ay, bx, by, x1, y1)
@@ -84,7 +85,7 @@ def _cross(ax, ay, bx, by, x0, y0, x1, y1):
     return side_0 * side_1 < 0.0 and side_a * side_b < 0.0
 
 
-@njit(cache=True)
+@register_jitable
 def _point_to_edge_squared(x, y, x0, y0, x1, y1):
     """Returns the squared distance from a point to a segment."""
     along_x, along_y = x1 - x0, y1 - y0

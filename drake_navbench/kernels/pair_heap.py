@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
 
 @njit(cache=True)
@@ -49,6 +50,6 @@ def pop_pair(keys, values, size):
     return top
 
 
-@njit(cache=True)
+@register_jitable
 def _is_before(key, value, other_key, other_value):
     return key < other_key or (key == other_key and value < other_value)

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.grid import world_to_cell
@@ -34,7 +35,7 @@ def arc_length(plan):
     return length
 
 
-@njit(cache=True)
+@register_jitable
 def first_pose_beyond(plan, begin, end, distance):
     """Returns the first index in begin..end whose arc length from `begin` exceeds `distance` m.
 
@@ -48,7 +49,7 @@ def first_pose_beyond(plan, begin, end, distance):
     return end
 
 
-@njit(cache=True)
+@register_jitable
 def closest_pose(plan, begin, end, x, y):
     """Returns the index in begin..end of the pose nearest to (x, y) m; the last one on ties."""
     closest = begin
@@ -72,7 +73,7 @@ def first_closest_pose(plan, begin, end, x, y):
     return last
 
 
-@njit(cache=True)
+@register_jitable
 def first_pose_off_grid(plan, begin, end, grid):
     """Returns the index in begin..end of the first pose off a `Grid`; `end` if there is none."""
     rows, columns = grid.costs.shape

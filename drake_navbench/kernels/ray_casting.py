@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from drake_navbench.kernels.arrays import Array
@@ -41,7 +42,7 @@ def _cast_rays(x, y, angles, segments, circles, range_max):
 
 
 # Dividing by zero gives inf or NaN, as in numpy, so that the inner loop stays free of branches.
-@njit(cache=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _meet_segments(ranges, cosines, sines, origin_x, origin_y, segments, range_max):
     """Lowers `ranges`, in place, to the distance of the segments that a beam meets.
 
@@ -64,7 +65,7 @@ def _meet_segments(ranges, cosines, sines, origin_x, origin_y, segments, range_m
                 ranges[k] = distance
 
 
-@njit(cache=True)
+@register_jitable
 def _is_out_of_range(x0, y0, x1, y1, area, range_max):
     """Returns whether all of a segment is farther than range_max from the origin."""
     edge_x, edge_y = x1 - x0, y1 - y0
@@ -79,7 +80,7 @@ def _is_out_of_range(x0, y0, x1, y1, area, range_max):
     return nearest_squared > range_max * range_max
 
 
-@njit(cache=True)
+@register_jitable
 def _meet_circles(ranges, cosines, sines, origin_x, origin_y, circles):
     """Lowers `ranges`, in place, to the distance of the circles that a beam meets."""
     for m in range(circles.shape[0]):

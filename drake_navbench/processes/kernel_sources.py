@@ -30,7 +30,8 @@ IMPORT_AT_MARGIN = re.compile(rf"^{IMPORT_WORDS}", re.MULTILINE)
 # For a module with kernels all its imports count: one for types may define an argument's fields.
 ANY_IMPORT = re.compile(rf"^[ \t]*{IMPORT_WORDS}", re.MULTILINE)
 NAME = re.compile(r"\w+")
-KERNEL_MARK = b"njit("
+# The decorators of kernels: those that Python calls, and those that only kernels call.
+KERNEL_MARKS = (b"njit(", b"register_jitable")
 TUPLE_MARK = b"(NamedTuple)"
 
 # The folders of packages, by the packages' names.
@@ -74,7 +75,7 @@ def digest_of_all() -> str:
 def modules_with_kernels() -> list[tuple[str, Path]]:
     """Returns our modules in which kernels are defined: names and files, sorted."""
     modules = {name: file for name, file in _modules(packages_with_kernels())}
-    return sorted((name, file) for name, file in modules.items() if KERNEL_MARK in _read(file))
+    return sorted((name, file) for name, file in modules.items() if _has_kernels(_read(file)))
 
 
 def compiler() -> str:
@@ -101,7 +102,7 @@ def _with_tuples(controller: str) -> dict[str, Path]:
     return {
         name: file
         for name, file in _modules({f"{CONTROLLERS}.{controller}": folder})
-        if KERNEL_MARK in _read(file) or TUPLE_MARK in _read(file)
+        if _has_kernels(_read(file)) or TUPLE_MARK in _read(file)
     }
 
 
@@ -148,6 +149,10 @@ def _file_in(folder: Path, inside: str) -> Path | None:
     return next((file for file in files if file.is_file()), None)
 
 
+def _has_kernels(text: bytes) -> bool:
+    return any(mark in text for mark in KERNEL_MARKS)
+
+
 @cache
 def _read(file: Path) -> bytes:
     return file.read_bytes()
@@ -157,7 +162,7 @@ def _read(file: Path) -> bytes:
 def _imports(file: Path) -> tuple[str, ...]:
     """Returns the dotted names that a module imports: modules, and names that may be modules."""
     text = _read(file)
-    pattern = ANY_IMPORT if KERNEL_MARK in text else IMPORT_AT_MARGIN
+    pattern = ANY_IMPORT if _has_kernels(text) else IMPORT_AT_MARGIN
     names = []
     for module, members in pattern.findall(text.decode("utf-8", errors="replace")):
         names.append(module)

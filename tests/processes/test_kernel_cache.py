@@ -24,6 +24,8 @@ SOURCES = {
     "far.py": "import lab.caller\n",
     "types_alone.py": "from typing import TYPE_CHECKING\n\nif TYPE_CHECKING:\n"
     "    from lab import far\n\n@njit(cache=True)\ndef three(far): ...\n",
+    "inner.py": "from numba.extending import register_jitable\n\nif TYPE_CHECKING:\n"
+    "    from lab import far\n\n@register_jitable\ndef four(far): ...\n",
     "later.py": "import lab.apart\n\ndef f():\n    from lab.base import one\n",
     "apart.py": "import drake_navbench.kernels.angles\n",
     "foreign.py": "import numpy\n",
@@ -63,7 +65,7 @@ def changed_by(lab: Path, name: str) -> set[str]:
 
 
 def test_who_imports_what_has_changed_is_compiled_anew_however_far(lab):
-    assert changed_by(lab, "base.py") == {"base", "caller", "far", "types_alone"}
+    assert changed_by(lab, "base.py") == {"base", "caller", "far", "inner", "types_alone"}
     assert changed_by(lab, "apart.py") == {"apart", "later"}
 
 

@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 from numpy.typing import NDArray
 from pydantic import Field
 
@@ -64,7 +65,7 @@ class AlignParameters(MapGridParameters):
     )
 
 
-@njit(cache=True)
+@register_jitable
 def aggregate(aggregation, score, value):
     """Returns the score after one more pose with `value`; a product stops growing at zero."""
     if aggregation == SUM:

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 from numpy.typing import NDArray
 from pydantic import Field
 
@@ -124,7 +125,7 @@ def clearances_of(costs: NDArray[np.uint8]) -> NDArray[np.int32]:
     return cell_distances(rows, columns, np.flatnonzero(costs >= LETHAL), diagonal=True)
 
 
-@njit(cache=True)
+@register_jitable
 def place_outline(footprint, x, y, cos_yaw, sin_yaw, grid, vertices):
     """Writes the cells of a footprint's vertices at a pose; returns how many lie on the map
     before one does not.
@@ -146,7 +147,7 @@ def place_outline(footprint, x, y, cos_yaw, sin_yaw, grid, vertices):
     return footprint.shape[0]
 
 
-@njit(cache=True)
+@register_jitable
 def find_forbidden_cell(costs, clearances, column_0, row_0, column_1, row_1):
     """Returns the code of the first LETHAL or unknown cell on a line of cells; 0 without one.
 
@@ -173,7 +174,7 @@ def find_forbidden_cell(costs, clearances, column_0, row_0, column_1, row_1):
     return 0
 
 
-@njit(cache=True)
+@register_jitable
 def judge_outline(costs, clearances, vertices, on_map_count, is_scored):
     """Returns the code of the first rule that an outline breaks, edge by edge, 0 if none, and,
     where `is_scored` and no rule is broken, the largest cost on its edges, else 0.
@@ -198,7 +199,7 @@ def judge_outline(costs, clearances, vertices, on_map_count, is_scored):
     return 0, largest
 
 
-@njit(cache=True)
+@register_jitable
 def is_clear_of_everything(clearances, grid, x, y, radius_m):
     """Tells whether an outline inside a circle surely meets nothing forbidden and no border.
 

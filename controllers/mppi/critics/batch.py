@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 from numpy.typing import ArrayLike, NDArray
 
 from drake_navbench.controllers.mppi.float32_math import ONE, ZERO
@@ -267,7 +268,7 @@ def _furthest_of_all(path_x, path_y, reach, size, restarts):
     return furthest
 
 
-@njit(cache=True)
+@register_jitable
 def _nearest_row(path_x, path_y, arc_lengths, end_x, end_y, length, best, nearest):
     """Finds, lane by lane, the first closest path point among those within the sample's length."""
     longest = ZERO

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
 from drake_navbench.controllers.mppi.critics.outline_costs import outline_cost_row
 from drake_navbench.controllers.mppi.float32_math import F32
@@ -129,13 +130,13 @@ def _float32_cell_row(view, x, y, cells):
     )
 
 
-@njit(cache=True, forceinline=True)
+@register_jitable(forceinline=True)
 def _float64_cell_row(view, x, y, cells):
     grid = view.grid
     _cell_row(grid.origin_x, grid.origin_y, grid.resolution, view.rows, view.columns, x, y, cells)
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@register_jitable(error_model="numpy", forceinline=True)
 def _cell_row(origin_x, origin_y, resolution, rows, columns, x, y, cells):
     """Writes the index into `MapView.values` of each lane's point, in the origin's precision."""
     outside_cell = np.int32(rows * columns)

@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 from pydantic import Field
 
 from drake_navbench.controllers.mppi.critics.base import (
@@ -57,7 +58,7 @@ def add_distances(x, y, goal_x, goal_y, sums):
             _distance_row(x[block, t], y[block, t], goal_x, goal_y, sums[block])
 
 
-@njit(cache=True)
+@register_jitable
 def _distance_row(x, y, goal_x, goal_y, sums):
     for lane in range(LANES):
         dx, dy = x[lane] - goal_x, y[lane] - goal_y
@@ -110,13 +111,13 @@ def add_yaw_errors(yaw, goal_yaw, symmetric, sums):
                 _one_sided_row(yaw[block, t], goal_yaw, sums[block])
 
 
-@njit(cache=True)
+@register_jitable
 def _one_sided_row(yaw, goal_yaw, sums):
     for lane in range(LANES):
         sums[lane] += np.abs(wrap32(goal_yaw - yaw[lane]))
 
 
-@njit(cache=True)
+@register_jitable
 def _two_sided_row(yaw, goal_yaw, sums):
     for lane in range(LANES):
         ahead = np.abs(wrap32(goal_yaw - yaw[lane]))

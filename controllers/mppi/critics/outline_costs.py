@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from drake_navbench.controllers.mppi.critics.base import MapView
@@ -136,7 +137,7 @@ def outline_cost_row(view, remembered, wanted, x, y, yaw, found):
         found[lane] = largest
 
 
-@njit(cache=True)
+@register_jitable
 def _walked(view, start, end):
     """Returns the largest cost on the line from one cell to another, both row by row."""
     columns = np.int64(view.columns)
@@ -145,7 +146,7 @@ def _walked(view, start, end):
     return line_max_cost(view.grid.costs, start_column, start_row, end_column, end_row)
 
 
-@njit(cache=True, forceinline=True)
+@register_jitable(forceinline=True)
 def _find_cells(view, remembered, x, y, yaw):
     """Finds the cells of the vertices, and where they are doubtful, for a row of poses."""
     sines, cosines = np.empty(LANES, np.float32), np.empty(LANES, np.float32)
@@ -162,14 +163,14 @@ def _find_cells(view, remembered, x, y, yaw):
         )
 
 
-@njit(cache=True, forceinline=True)
+@register_jitable(forceinline=True)
 def _sin_cos_row(yaw, sines, cosines, is_doubtful):
     for lane in range(LANES):
         sines[lane], cosines[lane] = sin_cos(yaw[lane])
         is_doubtful[lane] = not (-_LARGEST_YAW < yaw[lane] < _LARGEST_YAW)
 
 
-@njit(cache=True, forceinline=True)
+@register_jitable(forceinline=True)
 def _cells_of_vertex(vertex, poses, place, margin, cells, is_doubtful):
     vertex_x, vertex_y = vertex
     x, y, sines, cosines = poses

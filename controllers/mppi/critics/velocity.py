@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 from pydantic import Field
 
 from drake_navbench.controllers.mppi.critics.base import (
@@ -97,7 +98,7 @@ def add_excess(velocities, lowest, highest, sums):
             _excess_row(velocities[block, t], lowest, highest, sums[block])
 
 
-@njit(cache=True)
+@register_jitable
 def _excess_row(velocities, lowest, highest, sums):
     for lane in range(LANES):
         v = velocities[lane]
