@@ -1,0 +1,378 @@
+"""Ablations of harmony: each part off, or in its plain form, against harmony as it is.
+
+`python studies/harmony_ablations.py FILE` drives it, a line a trial, and goes on where FILE ends;
+--judge FILE drives nothing. --columns drives some of the columns, so that two processes can share
+them in files of their own. The rule was committed before anything was driven:
+
+- Units 121 to 126, which no row has, of eleven families of harmony_comparison.py: without LEFT_OUT,
+  whose trials take twice as long and whose paths are as free as that of `empty`. Every column
+  drives unit 121 of every family. In a family that is a named scenario, a column whose trial 121
+  equals harmony's is not driven further: the part does nothing there, its difference is 0.
+- Columns are driven in the order of COLUMNS, each whole. Those that the time does not reach are
+  named as not driven; a column of which units are missing counts as not driven.
+- Beside them ON_OTHER_ROBOTS: robots whose commands are late, or whose time constant harmony is
+  told wrong, in four families, against harmony on the same robot.
+- Measures by family, paired by unit, where both arrive: time (abort time where the way is closed),
+  path error, jerk with the margins of the comparison, and clearance (margin CLEARANCE_M).
+  Arrivals over all families: the sign test. Pooled: the mean over families of the differences in
+  parts of their margins. All limits one-sided at 95%.
+- A part *shows worth* if harmony is worse without it in a measure of a family, a pooled measure or
+  the arrivals, by Holm over all comparisons of all parts and by a tenth of the margin or more, or
+  if it touches something without it.
+- A part *goes* if it shows no worth, no family arrives in fewer units without it, no measure of a
+  family and no pooled one is beyond its margin at the limit. Terms stay: the publication asks for
+  the twelve; those without worth are named. So do parts that the stop for moving things, driving
+  away from people or the statement rest on: the gatekeeper, the prediction, the learning.
+- All that goes is taken out together and judged once more by units 127 to 130, pooled: no arrival
+  less, no touch, no pooled measure beyond its margin in the mean. Else it stays.
+- The gatekeeper, too, in --safety N worlds of harmony_worlds.py that nobody has driven, from
+  SAFETY_FIRST on, in which the pose is wrong by the whole bound: touches with it and without.
+
+Driving away from who stands in the way is not driven: in these families nothing moves, and its
+worth among people stands in docs/harmony.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+from unittest import mock
+
+import harmony_comparison as comparison
+import harmony_judgement as judgement
+import numpy as np
+import pandas as pd
+from harmony_families import FAMILIES
+from question_trials import require_no_errors
+from scipy import stats
+
+from drake_navbench.analysis.pairs import holm
+from drake_navbench.campaign.rows_of_trials import with_column
+from drake_navbench.campaign.trial_tasks import table_row
+from drake_navbench.controllers.harmony import controller, planner, way_finder
+from drake_navbench.controllers.harmony.interior_point import Solution
+from drake_navbench.controllers.harmony.terms import TERMS, plan_cost
+from drake_navbench.inputs.presets import load_preset
+from drake_navbench.inputs.timing import TimingSettings
+from drake_navbench.logs.outcome import Outcome
+from drake_navbench.trial.spec import TrialSpec
+from drake_navbench.trial.trial import drive
+
+FIRST, LAST = 121, 126
+# Chances of a false alarm, over all comparisons; less worth than this, in margins, is none.
+ALPHA, LEAST_WORTH = 0.05, 0.1
+LEFT_OUT = ("one_obstacle", "static_obstacles", "everyday")
+OPEN = tuple(one for one in comparison.ORDER if one not in (*judgement.CLOSED, *LEFT_OUT))
+CLEARANCE_M = 0.02
+SAFETY_FIRST = 20_000
+MEASURES = {
+    **{name: judgement.MEASURES[name] for name in ("time", "path error", "jerk")},
+    "clearance": judgement.MEASURES["clearance"]._replace(absolute=CLEARANCE_M),
+}
+KEPT = ["column", *comparison.KEPT[1:4], *comparison.KEPT[5:]]
+
+
+def _as_guessed(scene: Any, guess: Any, settings: Any) -> Solution:
+    return Solution(guess, plan_cost(scene, guess), 0.0, 0, True)
+
+
+def _once(self: Any, scene: Any, way: Any, guess: Any, is_warm: bool, window: int) -> Any:
+    # A cold start counts as solved, so that no second one follows.
+    found = IMPROVED(self, scene, way, guess, is_warm, window)
+    return found if is_warm else found._replace(solved=True)
+
+
+def _anew(self: Any, scene: Any, start: Any, way: Any, *, driven: Any, elapsed_s: float) -> Any:
+    return CANDIDATE(self, scene, start, way, driven=None, elapsed_s=elapsed_s)
+
+
+def _without_pursuit(self: Any, *scene: Any) -> Any:
+    *last_plan, _, stop = GUESSES(self, *scene)
+    return [*last_plan, stop]
+
+
+def _without_stop(self: Any, *scene: Any) -> Any:
+    return GUESSES(self, *scene)[:-1]
+
+
+def _told(share: float) -> Any:
+    def response_of(setup: Any) -> Any:
+        true = RESPONSE_OF(setup)
+        return true._replace(time_constant_s=true.time_constant_s / (1.0 + share))
+
+    return response_of
+
+
+IMPROVED, CANDIDATE = planner.Planner._improved, planner.Planner.candidate
+GUESSES, RESPONSE_OF = planner.Planner._guesses, controller.response_of
+
+
+class Part(NamedTuple):
+    """A column of the ablation: the settings of harmony, and what is replaced in its modules.
+
+    against: the column that it is compared with.
+    """
+
+    settings: str = ""
+    replaced: tuple[tuple[Any, str, Any], ...] = ()
+    against: str = judgement.OURS
+
+    @contextmanager
+    def off(self) -> Iterator[None]:
+        """Replaces for a while."""
+        with ExitStack() as stack:
+            for owner, name, value in self.replaced:
+                stack.enter_context(mock.patch.object(owner, name, value))
+            yield
+
+
+WRONG = (controller, "response_of", _told(0.3))
+PARTS: Mapping[str, Part] = {
+    judgement.OURS: Part(),
+    "program": Part("", ((planner, "solve", _as_guessed),)),
+    "second start of the program": Part("", ((planner.Planner, "_improved", _once),)),
+    "last plan as a guess": Part("", ((planner.Planner, "candidate", _anew),)),
+    "pursuit as a guess": Part("", ((planner.Planner, "_guesses", _without_pursuit),)),
+    "stop as a guess": Part("", ((planner.Planner, "_guesses", _without_stop),)),
+    "gatekeeper": Part("", ((controller.Harmony, "_accepted", lambda *_: 1),)),
+    "plan so far and gentle stop": Part(
+        "", ((planner.Planner, "ways_to_stop", lambda *_: iter(())),)
+    ),
+    "ways past obstacles": Part("", ((way_finder.WayFinder, "_new_detour", lambda *_: None),)),
+    "ways past that keep off": Part(
+        "", ((way_finder.WayFinder, "_has_room_along", lambda *_: True),)
+    ),
+    "ways past that keep to the plan": Part(
+        "", ((way_finder, "Keeping", lambda *_: way_finder.AMPLE),)
+    ),
+    "notice of plans that get nowhere": Part("", ((controller, "is_trapped", lambda *_: False),)),
+    "backing up": Part(
+        "", ((way_finder.WayFinder, "_backed_up", lambda self, way, *_, **__: way),)
+    ),
+    "target behind the obstacle": Part("", ((way_finder, "around", lambda way: way),)),
+    "slow before giving up": Part("", ((way_finder, "up_to_blocked", lambda way, _: way),)),
+    "rest behind the goal": Part("", ((way_finder, "DRIVES_ON_SHARE", 0.0),)),
+    "loose alignment": Part("", ((planner, "LOOSE_ALIGNMENT_SHARE", 1.0),)),
+    "keeping off in turns": Part("", ((controller, "SWEEP_RATIO", 0.0),)),
+    "learning, response known": Part(":response_error=0.0"),
+}
+WEIGHTS = {f"weights.{name}": Part(f":weights.{name}=0.0") for name in TERMS}
+LATE = TimingSettings(command_latency_s=0.2)
+ON_OTHER_ROBOTS: Mapping[str, Part] = {
+    "late": Part(),
+    "late, delay prediction": Part(
+        "", ((controller.Harmony, "_latency_s", lambda *_: 0.0),), "late"
+    ),
+    "told wrong": Part("", (WRONG,)),
+    "told wrong, learning": Part(":response_error=0.0", (WRONG,), "told wrong"),
+}
+ROBOT_FAMILIES = ("box_on_path", "clutter", "doorway", "s_curve")
+COLUMNS = {**PARTS, **ON_OTHER_ROBOTS, **WEIGHTS}
+KEYS = ["column", "family", "scenario", "seed"]
+
+
+def spec_of(spec: TrialSpec, name: str) -> TrialSpec:
+    """Returns a trial of harmony as one of a column."""
+    (found,) = with_column([spec], load_preset(f"{judgement.OURS}{COLUMNS[name].settings}"))
+    if name.startswith("late"):
+        found = replace(found, robot=found.robot.model_copy(update={"timing": LATE}))
+    return found
+
+
+def drive_missing(path: Path, columns: list[str], units: range, folder: Path) -> None:
+    """Drives what a file does not hold yet, column by column, in this process."""
+    settings = {"seed": comparison.SEED, "first_worlds": comparison.FIRST_WORLDS}
+    asked = [
+        (unit, family, spec)
+        for unit in units
+        for family, spec in comparison.trials_of(
+            folder, [judgement.OURS], units=range(unit - 1, unit), **settings
+        )
+        if family not in LEFT_OUT
+    ]
+    for name, (unit, family, spec) in itertools.product(columns, asked):
+        if name in ON_OTHER_ROBOTS and family not in ROBOT_FAMILIES:
+            continue
+        rows = pd.read_csv(path) if path.exists() else pd.DataFrame(columns=KEPT)
+        key = dict(zip(KEYS, (name, family, spec.scenario.name, spec.seed), strict=True))
+        is_driven = (rows[KEYS] == pd.Series(key)).all(axis=1).any()
+        if is_driven or (unit > units[0] and does_nothing(rows, name, family)):
+            continue
+        with COLUMNS[name].off():
+            row = table_row(drive(spec_of(spec, name)))
+        line = pd.DataFrame([row | key]).reindex(columns=KEPT)
+        line.to_csv(path, mode="a", header=not path.exists(), index=False)
+        print(unit, *key.values(), row["outcome"], flush=True)
+
+
+def does_nothing(rows: pd.DataFrame, name: str, family: str) -> bool:
+    """Returns whether the column's first trial of a named scenario equals the one it is held to."""
+    against = COLUMNS[name].against
+    if family in FAMILIES or name == against:
+        return False
+    mine, its = (
+        rows[(rows["column"] == one) & (rows["family"] == family)].drop(columns="column")
+        for one in (name, against)
+    )
+    if mine.empty or its.empty:
+        return False
+    return mine[:1].reset_index(drop=True).equals(its[:1].reset_index(drop=True))
+
+
+def compared(rows: pd.DataFrame, name: str) -> pd.DataFrame:
+    """Returns a row a family and measure, and pooled: how much worse harmony is without the part.
+
+    in margins: the difference in parts of the margin, and its limit. p: that it is not worse.
+    """
+    against = COLUMNS[name].against
+    pair = rows[rows["column"].isin([name, against])]
+    pair = pair.assign(
+        controller=pair["column"].map({name: judgement.OURS, against: "whole"})
+    ).drop(columns="column")
+    trials, found = judgement.wide(pair), []
+    for family, group in trials.groupby(level="family"):
+        is_closed = family in judgement.CLOSED
+        measures = {"abort time": judgement.ABORT_TIME} if is_closed else MEASURES
+        for measure_name, measure in measures.items():
+            told = judgement.difference(group, measure, "whole")
+            if told is None or told.units < judgement.LEAST_UNITS:
+                continue
+            margin = measure.margin(told.rival)
+            found.append([family, measure_name, *told[:3], told.worse_by / margin])
+            found[-1] += [told.upper / margin, _p_worse(told)]
+    names = ["family", "measure", "units", "ours", "whole", "in margins", "at most", "p"]
+    return pd.DataFrame(found, columns=names)
+
+
+def _p_worse(told: judgement.Difference) -> float:
+    if told.upper == told.worse_by:
+        return float(told.worse_by <= 0.0)
+    quantile = stats.t.ppf(judgement.CONFIDENCE, told.units - 1)
+    error = (told.upper - told.worse_by) / quantile
+    return float(stats.t.sf(told.worse_by / error, told.units - 1))
+
+
+def with_pooled(table: pd.DataFrame, families: int) -> pd.DataFrame:
+    """Returns the table with a row a measure, the mean over families; those not driven count 0."""
+    found = []
+    for name, group in table[table["family"].isin(OPEN)].groupby("measure"):
+        errors = (group["at most"] - group["in margins"]) / stats.t.ppf(
+            judgement.CONFIDENCE, group["units"] - 1
+        )
+        mean, error = group["in margins"].sum() / families, np.sqrt((errors**2).sum()) / families
+        # Welch and Satterthwaite.
+        freedom = (errors**2).sum() ** 2 / max((errors**4 / (group["units"] - 1)).sum(), 1e-300)
+        row = {"family": "pooled", "measure": name, "units": group["units"].sum()}
+        row |= {"in margins": mean, "p": float(mean <= 0.0)}
+        row["at most"] = mean
+        if error > 0.0:
+            row["at most"] = mean + stats.t.ppf(judgement.CONFIDENCE, max(freedom, 1.0)) * error
+            row["p"] = stats.t.sf(mean / error, max(freedom, 1.0))
+        found.append(row)
+    return pd.concat([table, pd.DataFrame(found)], ignore_index=True)
+
+
+def arrivals(rows: pd.DataFrame, name: str) -> dict[str, Any]:
+    """Returns in how many units only harmony, and only harmony without the part, does right."""
+    against = COLUMNS[name].against
+    trials = judgement.wide(rows.rename(columns={"column": "controller"}))
+    own = trials.dropna(subset=[("outcome", one) for one in (name, against)])
+    mine, its = (judgement.succeeded(own, one) for one in (name, against))
+    lost, gained = int((its & ~mine).sum()), int((mine & ~its).sum())
+    by_family = pd.Series(mine).groupby(own.index.get_level_values("family")).sum()
+    by_family -= pd.Series(its).groupby(own.index.get_level_values("family")).sum()
+    p_value = stats.binomtest(lost, lost + gained, alternative="greater").pvalue if lost else 1.0
+    return {
+        "units": len(own),
+        "lost": lost,
+        "gained": gained,
+        "fewer in": ", ".join(by_family.index[by_family < 0]),
+        "touches": int((own["outcome", name] == str(Outcome.COLLIDED)).sum()),
+        "p": p_value,
+    }
+
+
+def tell(rows: pd.DataFrame) -> None:
+    """Prints a row a part: what harmony loses without it, and what the rule says of it."""
+    names = [name for name in COLUMNS if name in set(rows["column"])]
+    names = [name for name in names if name != COLUMNS[name].against]
+    tables = {}
+    for name in names:
+        families = len(ROBOT_FAMILIES) if name in ON_OTHER_ROBOTS else len(OPEN)
+        tables[name] = with_pooled(compared(rows, name), families)
+    counts = {name: arrivals(rows, name) for name in names}
+    everything = pd.concat(tables, names=["part"]).reset_index("part")
+    adjusted = holm([*everything["p"], *(one["p"] for one in counts.values())])
+    everything["holm"] = adjusted[: len(everything)]
+    lines = []
+    for name, told in zip(names, adjusted[len(everything) :], strict=True):
+        mine, count = everything[everything["part"] == name], counts[name]
+        worth = mine[(mine["holm"] < ALPHA) & (mine["in margins"] >= LEAST_WORTH)]
+        words = [
+            f"{one.family} {one.measure} {one._6:+.1f}" for one in worth.itertuples(index=False)
+        ]
+        beyond = mine[mine["at most"] > 1.0 + 1e-12]
+        has_worth = bool(words) or told < ALPHA or count["touches"] > 0
+        is_good = beyond.empty and not count["fewer in"]
+        pooled = mine[mine["family"] == "pooled"].set_index("measure")["in margins"]
+        lines.append(
+            {
+                "without": name,
+                "arrivals lost, gained": f"{count['lost']}, {count['gained']} of {count['units']}",
+                "touches": count["touches"],
+                **{key: f"{pooled.get(key, np.nan):+.2f}" for key in MEASURES},
+                "shown": "; ".join(words) + ("; arrivals" if told < ALPHA else ""),
+                "fewer arrive in": count["fewer in"],
+                "limit beyond": "; ".join(map(" ".join, beyond[["family", "measure"]].to_numpy())),
+                "rule": "worth" if has_worth else "goes" if is_good else "not shown",
+            }
+        )
+    print(judgement.markdown(pd.DataFrame(lines)))
+
+
+def safety(count: int) -> None:
+    """Prints how many worlds end how, with the gatekeeper and without."""
+    sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "controllers" / "harmony"))
+    import harmony_worlds
+
+    for name in (judgement.OURS, "gatekeeper"):
+        with PARTS[name].off():
+            ends = [
+                harmony_worlds.drive(seed).end for seed in range(SAFETY_FIRST, SAFETY_FIRST + count)
+            ]
+        print(name, pd.Series(ends).value_counts().to_dict(), flush=True)
+
+
+def main() -> None:
+    """Drives the ablations, or judges rows."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("file", type=Path, nargs="?")
+    parser.add_argument("--judge", type=Path, nargs="+", metavar="FILE", help="drives nothing")
+    parser.add_argument("--columns", nargs="+", choices=COLUMNS, default=list(COLUMNS))
+    parser.add_argument("--first", type=int, default=FIRST)
+    parser.add_argument("--last", type=int, default=LAST)
+    parser.add_argument("--safety", type=int, default=0, metavar="N")
+    arguments = parser.parse_args()
+    if sum((arguments.file is not None, arguments.judge is not None, arguments.safety > 0)) != 1:
+        parser.error("expected one of FILE, --judge FILE and --safety N")
+    if arguments.safety:
+        safety(arguments.safety)
+    elif arguments.judge is not None:
+        rows = pd.concat([pd.read_csv(path) for path in arguments.judge]).drop_duplicates(KEYS)
+        require_no_errors(rows, arguments.judge[0])
+        tell(rows)
+    else:
+        with tempfile.TemporaryDirectory() as folder:
+            units = range(arguments.first, arguments.last + 1)
+            drive_missing(arguments.file, arguments.columns, units, Path(folder))
+
+
+if __name__ == "__main__":
+    main()
