@@ -141,7 +141,7 @@ PARTS: Mapping[str, Part] = {
     "last plan as a guess": Part("", ((planner.Planner, "candidate", _anew),)),
     "pursuit as a guess": Part("", ((planner.Planner, "_guesses", _without_pursuit),)),
     "stop as a guess": Part("", ((planner.Planner, "_guesses", _without_stop),)),
-    "gatekeeper": Part("", ((controller.Harmony, "_accepted", lambda *_: 1),)),
+    "gatekeeper": Part("", ((controller.Harmony, "_accepts", lambda *_: True),)),
     "plan so far and gentle stop": Part(
         "", ((planner.Planner, "ways_to_stop", lambda *_: iter(())),)
     ),
