@@ -11,8 +11,8 @@ them in files of their own. The rule was committed before anything was driven:
 - Amended after the first four columns, before any row was looked at, as the computer was shared:
   named scenarios, whose trials differ only by the draws of sensors, end with unit 123 (harmony's
   own and the first three parts have six); parts that change little stand before the others.
-- Columns are driven in the order of COLUMNS, each whole. Those that the time does not reach are
-  named as not driven; a column of which units are missing counts as not driven.
+- Columns are driven in the order of harmony_parts.COLUMNS, each whole. Those that the time does not
+  reach are named as not driven; a column of which units are missing counts as not driven.
 - Beside them ON_OTHER_ROBOTS: robots whose commands are late, or whose time constant harmony is
   told wrong, in four families, against harmony on the same robot.
 - Measures by family, paired by unit, where both arrive: time (abort time where the way is closed),
@@ -41,11 +41,9 @@ import argparse
 import itertools
 import sys
 import tempfile
-from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 from unittest import mock
 
 import harmony_comparison as comparison
@@ -53,24 +51,21 @@ import harmony_judgement as judgement
 import numpy as np
 import pandas as pd
 from harmony_families import FAMILIES
+from harmony_parts import COLUMNS, LATE, ON_OTHER_ROBOTS, PARTS, ROBOT_FAMILIES
 from question_trials import require_no_errors
 from scipy import stats
 
 from drake_navbench.analysis.pairs import holm
 from drake_navbench.campaign.rows_of_trials import with_column
 from drake_navbench.campaign.trial_tasks import table_row
-from drake_navbench.controllers.harmony import controller, planner, way_finder
-from drake_navbench.controllers.harmony.interior_point import Solution
-from drake_navbench.controllers.harmony.terms import TERMS, plan_cost
 from drake_navbench.inputs.presets import load_preset
-from drake_navbench.inputs.timing import TimingSettings
 from drake_navbench.logs.outcome import Outcome
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import drive
 
 FIRST, LAST, LAST_OF_NAMED = 121, 126, 123
-# Fewer units decide nothing.
-judgement.LEAST_UNITS = 3
+# Fewer units decide nothing; the comparison asks for six.
+LEAST_UNITS = 3
 # Chances of a false alarm, over all comparisons; less worth than this, in margins, is none.
 ALPHA, LEAST_WORTH = 0.05, 0.1
 LEFT_OUT = ("one_obstacle", "static_obstacles", "everyday")
@@ -84,102 +79,6 @@ MEASURES = {
 KEPT = ["column", *comparison.KEPT[1:4], *comparison.KEPT[5:]]
 
 
-def _as_guessed(scene: Any, guess: Any, settings: Any) -> Solution:
-    return Solution(guess, plan_cost(scene, guess), 0.0, 0, True)
-
-
-def _once(self: Any, scene: Any, way: Any, guess: Any, is_warm: bool, window: int) -> Any:
-    # A cold start counts as solved, so that no second one follows.
-    found = IMPROVED(self, scene, way, guess, is_warm, window)
-    return found if is_warm else found._replace(solved=True)
-
-
-def _anew(self: Any, scene: Any, start: Any, way: Any, *, driven: Any, elapsed_s: float) -> Any:
-    return CANDIDATE(self, scene, start, way, driven=None, elapsed_s=elapsed_s)
-
-
-def _without_pursuit(self: Any, *scene: Any) -> Any:
-    *last_plan, _, stop = GUESSES(self, *scene)
-    return [*last_plan, stop]
-
-
-def _without_stop(self: Any, *scene: Any) -> Any:
-    return GUESSES(self, *scene)[:-1]
-
-
-def _told(share: float) -> Any:
-    def response_of(setup: Any) -> Any:
-        true = RESPONSE_OF(setup)
-        return true._replace(time_constant_s=true.time_constant_s / (1.0 + share))
-
-    return response_of
-
-
-IMPROVED, CANDIDATE = planner.Planner._improved, planner.Planner.candidate
-GUESSES, RESPONSE_OF = planner.Planner._guesses, controller.response_of
-
-
-class Part(NamedTuple):
-    """A column of the ablation: the settings of harmony, and what is replaced in its modules.
-
-    against: the column that it is compared with.
-    """
-
-    settings: str = ""
-    replaced: tuple[tuple[Any, str, Any], ...] = ()
-    against: str = judgement.OURS
-
-    @contextmanager
-    def off(self) -> Iterator[None]:
-        """Replaces for a while."""
-        with ExitStack() as stack:
-            for owner, name, value in self.replaced:
-                stack.enter_context(mock.patch.object(owner, name, value))
-            yield
-
-
-WRONG = (controller, "response_of", _told(0.3))
-PARTS: Mapping[str, Part] = {
-    judgement.OURS: Part(),
-    "program": Part("", ((planner, "solve", _as_guessed),)),
-    "second start of the program": Part("", ((planner.Planner, "_improved", _once),)),
-    "last plan as a guess": Part("", ((planner.Planner, "candidate", _anew),)),
-    "stop as a guess": Part("", ((planner.Planner, "_guesses", _without_stop),)),
-    "plan so far and gentle stop": Part(
-        "", ((planner.Planner, "ways_to_stop", lambda *_: iter(())),)
-    ),
-    "ways past obstacles": Part("", ((way_finder.WayFinder, "_new_detour", lambda *_: None),)),
-    "ways past that keep off": Part(
-        "", ((way_finder.WayFinder, "_has_room_along", lambda *_: True),)
-    ),
-    "ways past that keep to the plan": Part(
-        "", ((way_finder, "Keeping", lambda *_: way_finder.AMPLE),)
-    ),
-    "notice of plans that get nowhere": Part("", ((controller, "is_trapped", lambda *_: False),)),
-    "backing up": Part(
-        "", ((way_finder.WayFinder, "_backed_up", lambda self, way, *_, **__: way),)
-    ),
-    "target behind the obstacle": Part("", ((way_finder, "around", lambda way: way),)),
-    "slow before giving up": Part("", ((way_finder, "up_to_blocked", lambda way, _: way),)),
-    "gatekeeper": Part("", ((controller.Harmony, "_accepts", lambda *_: True),)),
-    "rest behind the goal": Part("", ((way_finder, "DRIVES_ON_SHARE", 0.0),)),
-    "loose alignment": Part("", ((planner, "LOOSE_ALIGNMENT_SHARE", 1.0),)),
-    "keeping off in turns": Part("", ((controller, "SWEEP_RATIO", 0.0),)),
-    "learning, response known": Part(":response_error=0.0"),
-    "pursuit as a guess": Part("", ((planner.Planner, "_guesses", _without_pursuit),)),
-}
-WEIGHTS = {f"weights.{name}": Part(f":weights.{name}=0.0") for name in TERMS}
-LATE = TimingSettings(command_latency_s=0.2)
-ON_OTHER_ROBOTS: Mapping[str, Part] = {
-    "late": Part(),
-    "late, delay prediction": Part(
-        "", ((controller.Harmony, "_latency_s", lambda *_: 0.0),), "late"
-    ),
-    "told wrong": Part("", (WRONG,)),
-    "told wrong, learning": Part(":response_error=0.0", (WRONG,), "told wrong"),
-}
-ROBOT_FAMILIES = ("box_on_path", "clutter", "doorway", "s_curve")
-COLUMNS = {**PARTS, **ON_OTHER_ROBOTS, **WEIGHTS}
 KEYS = ["column", "family", "scenario", "seed"]
 
 
@@ -248,8 +147,9 @@ def compared(rows: pd.DataFrame, name: str) -> pd.DataFrame:
         is_closed = family in judgement.CLOSED
         measures = {"abort time": judgement.ABORT_TIME} if is_closed else MEASURES
         for measure_name, measure in measures.items():
-            told = judgement.difference(group, measure, "whole")
-            if told is None or told.units < judgement.LEAST_UNITS:
+            with mock.patch.object(judgement, "LEAST_UNITS", LEAST_UNITS):
+                told = judgement.difference(group, measure, "whole")
+            if told is None or not np.isfinite(told.upper):
                 continue
             margin = measure.margin(told.rival)
             found.append([family, measure_name, *told[:3], told.worse_by / margin])
@@ -308,8 +208,17 @@ def arrivals(rows: pd.DataFrame, name: str) -> dict[str, Any]:
 
 def tell(rows: pd.DataFrame) -> None:
     """Prints a row a part: what harmony loses without it, and what the rule says of it."""
-    names = [name for name in COLUMNS if name in set(rows["column"])]
-    names = [name for name in names if name != COLUMNS[name].against]
+    # Every column drives all worlds, so that one with fewer of them is not whole.
+    in_worlds = rows[rows["family"].isin(FAMILIES)].groupby("column").size()
+    units = in_worlds[judgement.OURS] // len(FAMILIES)
+    driven = {name: ROBOT_FAMILIES if name in ON_OTHER_ROBOTS else FAMILIES for name in COLUMNS}
+    whole = [
+        name
+        for name, families in driven.items()
+        if in_worlds.get(name, 0) == units * len(FAMILIES.keys() & set(families))
+    ]
+    print("not driven:", ", ".join(name for name in COLUMNS if name not in whole), "\n")
+    names = [name for name in COLUMNS if name in whole and name != COLUMNS[name].against]
     tables = {}
     for name in names:
         families = len(ROBOT_FAMILIES) if name in ON_OTHER_ROBOTS else len(OPEN)
