@@ -11,6 +11,8 @@ them in files of their own. The rule was committed before anything was driven:
 - Amended after the first four columns, before any row was looked at, as the computer was shared:
   named scenarios, whose trials differ only by the draws of sensors, end with unit 123 (harmony's
   own and the first three parts have six); parts that change little stand before the others.
+- A trial of harmony in which no function of a part returns something else than its replacement
+  would is not driven without the part: it would be the same, so its row is that of harmony.
 - Columns are driven in the order of harmony_parts.COLUMNS, each whole. Those that the time does not
   reach are named as not driven; a column of which units are missing counts as not driven.
 - Beside them ON_OTHER_ROBOTS: robots whose commands are late, or whose time constant harmony is
@@ -41,6 +43,7 @@ import argparse
 import itertools
 import sys
 import tempfile
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -51,7 +54,7 @@ import harmony_judgement as judgement
 import numpy as np
 import pandas as pd
 from harmony_families import FAMILIES
-from harmony_parts import COLUMNS, LATE, ON_OTHER_ROBOTS, PARTS, ROBOT_FAMILIES
+from harmony_parts import COLUMNS, LATE, ON_OTHER_ROBOTS, PARTS, ROBOT_FAMILIES, watching
 from question_trials import require_no_errors
 from scipy import stats
 
@@ -76,7 +79,9 @@ MEASURES = {
     **{name: judgement.MEASURES[name] for name in ("time", "path error", "jerk")},
     "clearance": judgement.MEASURES["clearance"]._replace(absolute=CLEARANCE_M),
 }
-KEPT = ["column", *comparison.KEPT[1:4], *comparison.KEPT[5:]]
+# The parts without which a trial of harmony would be another one, of those that are watched.
+MATTERS = "matters"
+KEPT = ["column", *comparison.KEPT[1:4], *comparison.KEPT[5:], MATTERS]
 
 
 KEYS = ["column", "family", "scenario", "seed"]
@@ -111,11 +116,29 @@ def drive_missing(path: Path, columns: list[str], units: range, folder: Path) ->
         is_known = is_known or (unit > units[0] and does_nothing(rows, name, family))
         if is_driven or is_known:
             continue
-        with COLUMNS[name].off():
-            row = table_row(drive(spec_of(spec, name)))
+        row = None if not COLUMNS[name].watched else row_without_matter(rows, key)
+        if row is None:
+            row = driven_row(spec, name)
         line = pd.DataFrame([row | key]).reindex(columns=KEPT)
         line.to_csv(path, mode="a", header=not path.exists(), index=False)
         print(unit, *key.values(), row["outcome"], flush=True)
+
+
+def driven_row(spec: TrialSpec, name: str) -> dict[str, Any]:
+    """Returns the row of a trial of harmony driven without a part; of harmony, what matters."""
+    with COLUMNS[name].off(), ExitStack() as stack:
+        matters = stack.enter_context(watching()) if name == judgement.OURS else set()
+        row = table_row(drive(spec_of(spec, name)))
+    return row | {MATTERS: "; ".join(sorted(matters))}
+
+
+def row_without_matter(rows: pd.DataFrame, key: dict[str, Any]) -> dict[str, Any] | None:
+    """Returns harmony's row of a trial in which a part does not matter, else None."""
+    of_harmony = pd.Series(key | {"column": judgement.OURS})
+    found = rows[(rows[KEYS] == of_harmony).all(axis=1)]
+    if found.empty or key["column"] in str(found[MATTERS].iloc[0]).split("; "):
+        return None
+    return found.drop(columns=MATTERS).iloc[0].to_dict()
 
 
 def does_nothing(rows: pd.DataFrame, name: str, family: str) -> bool:
@@ -124,7 +147,7 @@ def does_nothing(rows: pd.DataFrame, name: str, family: str) -> bool:
     if family in FAMILIES or name == against:
         return False
     mine, its = (
-        rows[(rows["column"] == one) & (rows["family"] == family)].drop(columns="column")
+        rows[(rows["column"] == one) & (rows["family"] == family)].drop(columns=["column", MATTERS])
         for one in (name, against)
     )
     if mine.empty or its.empty:
@@ -207,7 +230,11 @@ def arrivals(rows: pd.DataFrame, name: str) -> dict[str, Any]:
 
 
 def tell(rows: pd.DataFrame) -> None:
-    """Prints a row a part: what harmony loses without it, and what the rule says of it."""
+    """Prints a row a part: how harmony changes without it, and what the rule says of it.
+
+    Measures are the means over families, path error in parts of its margin. shown, limit beyond:
+    families and measures, in margins.
+    """
     # Every column drives all worlds, so that one with fewer of them is not whole.
     in_worlds = rows[rows["family"].isin(FAMILIES)].groupby("column").size()
     units = in_worlds[judgement.OURS] // len(FAMILIES)
@@ -243,7 +270,10 @@ def tell(rows: pd.DataFrame) -> None:
                 "without": name,
                 "arrivals lost, gained": f"{count['lost']}, {count['gained']} of {count['units']}",
                 "touches": count["touches"],
-                **{key: f"{pooled.get(key, np.nan):+.2f}" for key in MEASURES},
+                "time": f"{100.0 * MEASURES['time'].ratio * pooled.get('time', 0.0):+.1f}%",
+                "path error": f"{pooled.get('path error', 0.0):+.2f}",
+                "jerk": f"{100.0 * MEASURES['jerk'].ratio * pooled.get('jerk', 0.0):+.0f}%",
+                "clearance [m]": f"{-CLEARANCE_M * pooled.get('clearance', 0.0):+.3f}",
                 "shown": "; ".join(words) + ("; arrivals" if told < ALPHA else ""),
                 "fewer arrive in": count["fewer in"],
                 "limit beyond": "; ".join(map(" ".join, beyond[["family", "measure"]].to_numpy())),

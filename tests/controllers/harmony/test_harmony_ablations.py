@@ -35,6 +35,7 @@ def rows_of(column, times_s, *, family="s_curve", outcome="succeeded", jerk=0.3)
             "jerk_rms_mps3": jerk,
             "min_clearance_m": 0.4,
             "lateral_acceleration_max_mps2": 0.1,
+            "matters": "backing up",
         }
     )
 
