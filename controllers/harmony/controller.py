@@ -26,7 +26,7 @@ from drake_navbench.controllers.harmony.base_response import (
 )
 from drake_navbench.controllers.harmony.discs import covering_discs
 from drake_navbench.controllers.harmony.gatekeeper import (
-    accepted_cycles,
+    is_clear,
     is_on_free_cell,
     lethal_edges,
 )
@@ -175,11 +175,10 @@ class Harmony:
                 details=notes,
                 memory=self._stopped(observation, memory),
             )
-        cycles = 0 if candidate is None else self._accepted(check, candidate.plan)
-        if candidate is not None and cycles > 0:
-            notes.update(accepted="plan", follow_s=cycles * check.interval_s)
+        if candidate is not None and self._accepts(check, candidate.plan):
+            notes.update(accepted="plan")
             if self._setup.wants_diagnostics:
-                notes.update(guesses, **self._arrays(check, candidate.plan, cycles))
+                notes.update(guesses, **self._arrays(check, candidate.plan))
             decision = self._commit(observation, memory, check, candidate.plan, notes)
             tolerance_m = observation.goal_xy_tolerance_m
             trapped = is_trapped(way, candidate.plan, start, tolerance_m)
@@ -231,19 +230,16 @@ class Harmony:
             possible,
         )
 
-    def _bounds(self, check: Check, plan: Array) -> Array:
-        """Returns (C + 1,) the gaps, m, to keep until rest after so many cycles of a plan.
+    def _bound(self, check: Check, plan: Array) -> float:
+        """Returns the gap, m, to keep until rest after a cycle of a plan.
 
-        They grow with the speed until then, as long as the base's response is not known well.
+        It grows with the speed until then, as long as the base's response is not known well.
         """
-        parameters = self._parameters
-        cycles = math.ceil(parameters.horizon / check.interval_s - 1e-9)
-        passed = np.arange(cycles + 1) * check.interval_s / parameters.time_step
-        ends = np.minimum(np.ceil(passed - 1e-9).astype(int), len(plan) - 1)
-        speeds = np.abs(np.vstack([check.state[3:], plan[:, V : W + 1]]))
-        largest = np.maximum.accumulate(speeds)[ends + 1]
+        stages = math.ceil(check.interval_s / self._parameters.time_step - 1e-9) + 1
+        speeds = np.abs(np.vstack([check.state[3:], plan[:stages, V : W + 1]]))
         reach_m = self._setup.circumscribed_radius_m
-        return check.bound + prediction_error(check.possible, largest, reach_m)
+        largest = speeds.max(axis=0, keepdims=True)
+        return check.bound + float(prediction_error(check.possible, largest, reach_m)[0])
 
     def _sweep(self, check: Check) -> float:
         """Returns by how much plans keep farther off obstacles in a turn, m for each rad/s."""
@@ -288,21 +284,22 @@ class Harmony:
         pose = np.array([state[0] + ahead * math.cos(yaw), state[1] + ahead * math.sin(yaw), yaw])
         return make_start(pose, v, w, a, alpha)
 
-    def _accepted(self, check: Check, plan: Array) -> int:
-        """Returns the number of cycles for which the gatekeeper accepts a plan; 0: not at all."""
-        if not check.is_on_map:
-            return 0
-        return int(
-            accepted_cycles(
+    def _stop(self, check: Check, plan: Array) -> Array:
+        """Returns (M, 3) the poses of a cycle of a plan and the stop behind it."""
+        return follow_then_brake(
+            check.response, check.state, plan, self._parameters.time_step, check.interval_s, 1
+        )
+
+    def _accepts(self, check: Check, plan: Array) -> bool:
+        """Returns whether the gatekeeper lets a cycle of a plan pass."""
+        reach_m = self._setup.circumscribed_radius_m
+        return check.is_on_map and bool(
+            is_clear(
                 check.edges,
                 self._outline,
-                self._setup.circumscribed_radius_m,
-                self._bounds(check, plan),
-                check.response,
-                check.state,
-                plan,
-                self._parameters.time_step,
-                check.interval_s,
+                reach_m,
+                self._stop(check, plan),
+                self._bound(check, plan),
             )
         )
 
@@ -315,7 +312,7 @@ class Harmony:
         notes: dict[str, Any],
     ) -> Decision:
         if self._must_brake(observation.time_s, memory, check, plan):
-            notes.update(accepted="stop for moving", follow_s=0.0)
+            notes.update(accepted="stop for moving")
             memory = memory._replace(refused_since_s=None, hurries=True)
             return Decision(REST, self._stopped(observation, memory), notes)
         dt = self._parameters.time_step
@@ -381,13 +378,12 @@ class Harmony:
             )
         elapsed_s = observation.time_s - memory.time_s
         for name, plan in self._planner.ways_to_stop(start, limits, memory.plan, elapsed_s):
-            cycles = self._accepted(check, plan)
-            if cycles > 0:
-                notes.update(accepted=name, follow_s=cycles * check.interval_s)
+            if self._accepts(check, plan):
+                notes.update(accepted=name)
                 decision = self._commit(observation, memory, check, plan, notes)
                 kept = decision.memory._replace(refused_since_s=since_s)
                 return decision._replace(memory=kept)
-        notes.update(accepted="stop", follow_s=0.0)
+        notes.update(accepted="stop")
         kept = self._stopped(observation, memory)._replace(refused_since_s=since_s)
         return Decision(REST, kept, notes)
 
@@ -407,10 +403,9 @@ class Harmony:
             "detour_m": None if found.detour is None else path_length(found.detour),
         }
 
-    def _arrays(self, check: Check, plan: Array, cycles: int) -> dict[str, Any]:
-        """Returns the accepted plan and its stop, for the replay."""
-        dt = self._parameters.time_step
-        stop = follow_then_brake(check.response, check.state, plan, dt, check.interval_s, cycles)
+    def _arrays(self, check: Check, plan: Array) -> dict[str, Any]:
+        """Returns the accepted plan and the stop after its first cycle, for the replay."""
+        stop = self._stop(check, plan)
         return {
             "predicted_trajectory": plan[:, :3].copy(),
             "stop_trajectory": np.vstack([stop[::SHOWN_STOP_STRIDE], stop[-1:]]),

@@ -1,10 +1,10 @@
 """The gatekeeper: every command that is sent leaves a verified way to stop.
 
-It accepts the motion "follow the plan until t, then brake" if the exact outline stays more than the
-error bound away from every lethal cell of the costmap from now until rest, and if the motion
-"follow it for one cycle, then brake" does so, too. The next cycle begins where that brake begins,
-so braking is still safe then. By induction there is always a verified stop (Agrawal, Chen, Panagou:
-gatekeeper, arXiv 2211.14361; the only backup manoeuvre here is the command 0).
+It accepts a plan if the exact outline stays more than the error bound away from every lethal cell
+of the costmap, from now until rest, where the base follows the plan for one cycle and then brakes.
+The next cycle begins where that brake begins, so braking is still safe then. By induction there is
+always a verified stop (Agrawal, Chen, Panagou: gatekeeper, arXiv 2211.14361; the only backup
+manoeuvre here is the command 0).
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_navbench.controllers.harmony.base_response import follow_then_brake
 from drake_navbench.kernels.grid import LETHAL, world_to_cell
 from drake_navbench.kernels.outline_distance import outline_to_edges
 from drake_navbench.kernels.poses import place_point
@@ -121,25 +120,3 @@ def is_on_free_cell(grid, x, y):
     rows, columns = grid.costs.shape
     column, row = world_to_cell(x, y, grid.origin_x, grid.origin_y, grid.resolution, columns, rows)
     return column >= 0 and grid.costs[row, column] != LETHAL
-
-
-@njit(cache=True)
-def accepted_cycles(edges, outline, reach, bounds, response, state, plan, dt, period_s):
-    """Returns the number of cycles for which a plan may be followed before braking, or 0.
-
-    Tries the whole plan first, then ever shorter parts, down to one cycle, which must be free in
-    any case. bounds: (C + 1,) m, of the motion that follows the plan for so many cycles, up to the
-    whole plan, C. state: (5,) of the base.
-    """
-    cycles, accepted, longest = np.int64(1), 0, bounds.shape[0] - 1
-    while accepted < cycles:
-        poses = follow_then_brake(response, state, plan, dt, period_s, cycles)
-        if is_clear(edges, outline, reach, poses, bounds[cycles]):
-            if accepted == 1:
-                return cycles
-            accepted, cycles = 1, longest
-        elif accepted == 0:
-            return 0
-        else:
-            cycles //= 2
-    return accepted

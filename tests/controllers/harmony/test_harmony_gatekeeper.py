@@ -16,7 +16,6 @@ from drake_navbench.controllers.harmony.base_response import (
     follow_then_brake,
 )
 from drake_navbench.controllers.harmony.gatekeeper import (
-    accepted_cycles,
     gap_at,
     is_clear,
     lethal_edges,
@@ -102,24 +101,24 @@ def test_a_drive_beside_a_wall_is_let_through_where_the_gap_is_above_the_bound(g
     assert not is_clear(edges, OUTLINE, REACH_M, poses, gap + 0.001)
 
 
-def accepted(distance_m, bound=0.03, v=0.5):
-    """For how many cycles a drive straight at a wall so far ahead may be followed."""
-    state = np.array([1.5 - 0.85 - distance_m, 0.0, 0.0, v, 0.0])
-    return accepted_cycles(
-        edges_with(WALL), OUTLINE, REACH_M, bound * np.ones(61), WHEELCHAIR, state,
-        straight_plan(v), DT, PERIOD_S,
-    )  # fmt: skip
+def is_accepted(plan, state, bound):
+    poses = follow_then_brake(WHEELCHAIR, state, plan, DT, PERIOD_S, 1)
+    return is_clear(edges_with(WALL), OUTLINE, REACH_M, poses, bound)
 
 
-def test_a_plan_into_a_wall_is_followed_only_as_long_as_braking_helps():
-    # It would be there after 1.2 s: of 60, 30, 15, 7, 3 and 1 cycles 15 take 0.75 s.
-    assert accepted(0.6) == 15
-    # One cycle takes 0.025 m, braking 0.0625 m, the bound 0.03 m.
-    assert accepted(0.14) == 1
-    assert accepted(0.1) == 0
+@pytest.mark.parametrize(
+    ("distance_m", "bound", "passes"),
+    [(0.14, 0.03, True), (0.1, 0.03, False), (0.14, 0.06, False)],
+)
+def test_a_plan_into_a_wall_passes_as_long_as_braking_after_a_cycle_helps(
+    distance_m, bound, passes
+):
+    # At 0.5 m/s one cycle takes 0.025 m, braking 0.0625 m.
+    state = np.array([1.5 - 0.85 - distance_m, 0.0, 0.0, 0.5, 0.0])
+    assert is_accepted(straight_plan(0.5), state, bound) is passes
 
 
-def test_to_brake_after_one_cycle_must_be_free_where_to_follow_for_longer_is():
+def test_a_plan_is_refused_where_only_braking_after_its_first_cycle_comes_too_near():
     # Beside the wall's end, turning away from it: what is driven sooner or later clears it by more
     # than a stop right after the first cycle does.
     plan = np.zeros((31, 9))
@@ -136,21 +135,9 @@ def test_to_brake_after_one_cycle_must_be_free_where_to_follow_for_longer_is():
         )
         for cycles in (1, 3, 7)
     }
-    assert least[1] < 0.09 < 0.1 < min(least[3], least[7])
-    for bound, cycles in ((0.09, 0), (0.08, 7)):
-        assert cycles == accepted_cycles(
-            edges, OUTLINE, REACH_M, np.full(8, bound), WHEELCHAIR, state, plan, DT, PERIOD_S
-        )
-
-
-def test_a_larger_bound_lets_less_through():
-    assert accepted(0.14, bound=0.06) == 0
-
-
-def test_the_bound_of_a_later_part_of_a_plan_does_not_stop_its_first_cycle():
-    # Only to follow it for three cycles or longer asks for 1 m.
-    assert accepted(0.6, bound=np.where(np.arange(61) < 3, 0.03, 1.0)) == 1
-    assert accepted(0.6, bound=np.where(np.arange(61) < 1, 0.03, 1.0)) == 0
+    assert 0.08 < least[1] < 0.09 < 0.1 < min(least[3], least[7])
+    assert not is_accepted(plan, state, 0.09)
+    assert is_accepted(plan, state, 0.08)
 
 
 # In the first one the drive ends 1 mm in front of a box, in the second it arrives; in the last one
