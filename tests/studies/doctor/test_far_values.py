@@ -194,4 +194,5 @@ def test_the_velocity_thresholds_of_nav2_bringup_are_usual(tmp_path):
     facts = facts_of(setup, setup.presets[0])
     assert unusual_value(facts, "controller_server.min_x_velocity_threshold") is None
     far = unusual_value(facts, "controller_server.min_theta_velocity_threshold")
-    assert far is not None and far.nearest == 0.001
+    assert far is not None
+    assert far.nearest == 0.001
