@@ -1,6 +1,7 @@
 """Planted faults that do harm: does the doctor's experiment find them and take the harm away?
 
     python studies/harmful_faults.py drive DIR --until 09:10    in turn: some of the census, visits
+    python studies/harmful_faults.py again DIR    the misses, by today's doctor
     python studies/harmful_faults.py sound DIR    the good files alone, four seeds of each probe
     python studies/planted_faults_page.py         docs/doctor_planted_faults.md
 
@@ -88,6 +89,9 @@ MILD, STRONG = 3.0, 10.0
 # Trials of each probe of a sound file, of the step `sound`.
 SOUND_SEEDS = 4
 
+# The fields of an entry that its visits share.
+OF_A_FAULT = ("controller", "place", "sound", "spoilt", "harmful")
+
 Parameter = tuple[str, Any, bool]
 
 
@@ -103,6 +107,19 @@ def drive(out: Path, until: str) -> None:
             _screen(controller, parameters_left(done, controller)[:TOGETHER], out)
         else:
             return
+
+
+def visit_again(out: Path) -> None:
+    """Visits the misses by today's doctor, which has learnt from them: no score of the draw."""
+    for key, entry in read_entries().items():
+        if key.startswith(f"{SEED} ") and "first" in entry and is_missed(entry):
+            fault = {name: entry[name] for name in OF_A_FAULT}
+            keep(f"again {key}", fault | _visited(entry, out))
+
+
+def is_missed(entry: Mapping[str, Any]) -> bool:
+    """Tells whether a visit misses a goal."""
+    return not entry["first"] or not entry["gone"] or bool(entry.get("worse"))
 
 
 def _is_over(until: str) -> bool:
@@ -276,12 +293,14 @@ def keep(key: str, entry: Any) -> None:
 def main() -> None:
     """Runs the step of the study that the command line names."""
     parser = argparse.ArgumentParser(description="Planted faults that do harm.")
-    parser.add_argument("step", choices=("drive", "sound"))
+    parser.add_argument("step", choices=("drive", "again", "sound"))
     parser.add_argument("folder", type=Path, help="for files and trials")
     parser.add_argument("--until", default="24:00", help="no turn begins after it, UTC")
     arguments = parser.parse_args()
     if arguments.step == "drive":
         drive(arguments.folder, arguments.until)
+    elif arguments.step == "again":
+        visit_again(arguments.folder)
     else:
         print_sound(arguments.folder)
 
