@@ -18,7 +18,7 @@ The score's rules, written before anything was read or driven:
   (a switch that differs counts as a factor of 2); and a parameter by chance with a coin for its
   direction, as an expected value.
 
-What is driven, and its score's rules, is in `planted_faults_driven.py`.
+What is driven, and its rules, is in `harmful_faults.py`.
 """
 
 from __future__ import annotations
@@ -33,59 +33,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import yaml
+from sound_files import HERE, PLUGIN, PRESETS, candidates, patient_of, sound_file
 
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.presets import load_preset
 from drake_navbench.studies.doctor.causes import Direction
 from drake_navbench.studies.doctor.facts import Facts
-from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.reading import findings_of
-from drake_navbench.typed_files.dotted_names import flattened
 
-HERE = Path(__file__).parent
 DRAWN = HERE / "planted_faults.yaml"
-ROBOT, RELEASE, PLUGIN = "turtlebot4", "lyrical", "FollowPath"
 SEED, FAULTS_EACH = 2026, 12
 FACTORS = (0.25, 0.4, 2.5, 4.0)
-TYPES = {
-    "rpp": "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController",
-    "dwb": "dwb_core::DWBLocalPlanner",
-    "mppi": "nav2_mppi_controller::MPPIController",
-    "teb": "teb_local_planner::TebLocalPlannerROS",
-    "graceful": "nav2_graceful_controller::GracefulController",
-}
-PRESETS = {
-    "rpp": "rpp_bringup",
-    "dwb": "dwb_bringup",
-    "mppi": "mppi_bringup",
-    "teb": "teb_upstream",
-    "graceful": "graceful",
-}
-# Changes that make the presets, which are for another robot, sound for this one.
-SPEEDS: Mapping[str, Mapping[str, Any]] = {
-    "rpp": {
-        "max_linear_vel": 0.3,
-        "lookahead_dist": 0.5,
-        "inflation_cost_scaling_factor": 4.0,
-        "cost_scaling_dist": 0.4,
-    },
-    "dwb": {"max_vel_x": 0.3, "max_speed_xy": 0.3, "sim_time": 1.7, "vx_samples": 20},
-    "mppi": {"vx_max": 0.3, "vx_min": -0.3, "prune_distance": 1.7},
-    "teb": {
-        "max_vel_x": 0.3,
-        "max_vel_x_backwards": 0.15,
-        "min_obstacle_dist": 0.2,
-        "weight_kinematics_forward_drive": 1000.0,
-    },
-    "graceful": {"v_linear_max": 0.3, "slowdown_radius": 1.0, "v_angular_max": 1.0},
-}
-# Of the presets' parameters, those that this release does not read.
-NOT_READ = (
-    "stateful", "use_interpolation", "PathAngleCritic.forward_preference", "motion_target_dist",
-    "initial_rotation_min_angle", "final_rotation",
-)  # fmt: skip
-# Nothing that a drive depends on, or no parameter of a drive.
-LEFT_OUT = ("visualize", "publish", "debug", "transform_tolerance", "seed", "enabled", "rolling")
 
 
 class Fault(NamedTuple):
@@ -110,90 +67,10 @@ class Fault(NamedTuple):
         return Direction.DOWN if self.spoilt > self.sound else Direction.UP
 
 
-def sound_file(controller: str) -> dict[str, dict[str, Any]]:
-    """Returns a sound Nav2 file of a controller, by the nodes' names."""
-    preset = load_preset(PRESETS[controller])
-    block = {**dict(flattened(preset.parameters.as_read().model_dump(mode="json")))}
-    known = {k: v for k, v in block.items() if _is_plain(v) and k not in NOT_READ}
-    inflation = {
-        "plugin": "nav2_costmap_2d::InflationLayer",
-        "inflation_radius": 0.45,
-        "cost_scaling_factor": 4.0,
-    }
-    scan = {
-        "topic": "/scan", "data_type": "LaserScan", "max_obstacle_height": 2.0,
-        "obstacle_max_range": 2.5, "raytrace_max_range": 2.5,
-    }  # fmt: skip
-    obstacles = {
-        "plugin": "nav2_costmap_2d::ObstacleLayer", "observation_sources": "scan", "scan": scan,
-    }  # fmt: skip
-    costmap = {"robot_radius": 0.175, "resolution": 0.05, "inflation_layer": inflation}
-    return {
-        "controller_server": {
-            "controller_frequency": 20.0,
-            "failure_tolerance": 0.3,
-            "progress_checker_plugins": ["progress_checker"],
-            "goal_checker_plugins": ["goal_checker"],
-            "controller_plugins": [PLUGIN],
-            "progress_checker": {
-                "plugin": "nav2_controller::SimpleProgressChecker",
-                "required_movement_radius": 0.3, "movement_time_allowance": 15.0,
-            },
-            "goal_checker": {
-                "plugin": "nav2_controller::SimpleGoalChecker",
-                "xy_goal_tolerance": 0.25, "yaw_goal_tolerance": 0.25, "stateful": True,
-            },
-            PLUGIN: {"plugin": TYPES[controller]} | _nested(known | SPEEDS[controller]),
-        },
-        "local_costmap/local_costmap": costmap | {
-            "rolling_window": True, "width": 4, "height": 4, "update_frequency": 5.0,
-            "plugins": ["obstacle_layer", "inflation_layer"], "obstacle_layer": obstacles,
-        },
-        "global_costmap/global_costmap": costmap | {
-            "plugins": ["static_layer", "obstacle_layer", "inflation_layer"],
-            "static_layer": {"plugin": "nav2_costmap_2d::StaticLayer"},
-            "obstacle_layer": obstacles,
-        },
-        "velocity_smoother": {
-            "smoothing_frequency": 20.0, "feedback": "OPEN_LOOP", "velocity_timeout": 1.0,
-            "max_velocity": [0.31, 0.0, 1.9], "min_velocity": [-0.31, 0.0, -1.9],
-            "max_accel": [2.5, 0.0, 3.2], "max_decel": [-2.5, 0.0, -3.2],
-        },
-    }  # fmt: skip
-
-
-def _is_plain(value: Any) -> bool:
-    is_list = isinstance(value, list) and all(isinstance(v, str) for v in value) and bool(value)
-    return is_list or isinstance(value, bool | int | float | str)
-
-
-def _nested(flat: Mapping[str, Any]) -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for name, value in flat.items():
-        *blocks, last = name.split(".")
-        inner = found
-        for block in blocks:
-            inner = inner.setdefault(block, {})
-        inner[last] = value
-    return found
-
-
-def text_of(file: Mapping[str, Mapping[str, Any]]) -> str:
-    """Returns a file's text."""
-    content: dict[str, Any] = {}
-    for node, parameters in file.items():
-        inner: dict[str, Any] = {"ros__parameters": dict(parameters)}
-        for part in reversed(node.split("/")):
-            inner = {part: inner}
-        content |= inner
-    return yaml.safe_dump(content, sort_keys=False)
-
-
-def spoilt_file(fault: Fault) -> dict[str, dict[str, Any]]:
-    """Returns the file of a fault."""
+def spoilt_file(fault: Fault, sound: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
+    """Returns a sound file with a fault."""
     # Both costmaps have the same layers; only one of them is spoilt.
-    sound = sound_file(fault.controller)
-    file = {node: copy.deepcopy(block) for node, block in sound.items()}
+    file = {node: copy.deepcopy(dict(block)) for node, block in sound.items()}
     node, _, name = fault.place.partition(": ")
     *blocks, last = name.split(".")
     inner = file[node]
@@ -203,31 +80,12 @@ def spoilt_file(fault: Fault) -> dict[str, dict[str, Any]]:
     return file
 
 
-def patient_of(file: Mapping[str, Mapping[str, Any]], folder: Path) -> Patient:
-    """Returns the doctor's patient of a file, which is written to a folder."""
-    path = folder / "nav2_params.yaml"
-    path.write_text(text_of(file), encoding="utf-8")
-    return Patient((path,), ROBOT, {}, RELEASE)
-
-
-def candidates(controller: str) -> list[tuple[str, Any]]:
-    """Returns the places of a sound file that may be spoilt, with their values."""
-    found = []
-    for node, parameters in sound_file(controller).items():
-        for name, value in flattened(parameters):
-            is_left_out = any(word in name for word in LEFT_OUT)
-            is_number = isinstance(value, int | float) and value != 0
-            if (is_number or isinstance(value, bool)) and not is_left_out:
-                found.append((f"{node}: {name}", value))
-    return found
-
-
 def draw(seed: int = SEED) -> list[Fault]:
     """Returns the faults, by the seed."""
     generator = np.random.default_rng(seed)
     found: list[Fault] = []
-    for controller in TYPES:
-        choices = candidates(controller)
+    for controller in PRESETS:
+        choices = candidates(sound_file(controller))
         order = [int(i) for i in generator.permutation(len(choices))]
         own: list[Fault] = []
         for index in order:
@@ -236,7 +94,7 @@ def draw(seed: int = SEED) -> list[Fault]:
             place, value = choices[index]
             factor = float(generator.choice(FACTORS))
             fault = Fault(controller, place, value, spoilt_value(value, factor))
-            if fault.spoilt != value and is_read(fault):
+            if fault.spoilt != value and _is_read(fault):
                 own.append(fault)
         found += own
     return found
@@ -250,10 +108,10 @@ def spoilt_value(value: Any, factor: float) -> Any:
     return float(f"{value * factor:.4g}")
 
 
-def is_read(fault: Fault) -> bool:
+def _is_read(fault: Fault) -> bool:
     with tempfile.TemporaryDirectory() as folder:
         try:
-            patient_of(spoilt_file(fault), Path(folder)).facts()
+            patient_of(spoilt_file(fault, sound_file(fault.controller)), Path(folder)).facts()
         except InputError:
             return False
     return True
@@ -265,27 +123,25 @@ def read_score(faults: list[Fault]) -> list[dict[str, Any]]:
     for fault in faults:
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
-            sound = {
-                f.rule.name
-                for f in findings_of(patient_of(sound_file(fault.controller), folder).facts())
-            }
-            facts = patient_of(spoilt_file(fault), folder).facts()
+            file = sound_file(fault.controller)
+            sound = {f.rule.name for f in findings_of(patient_of(file, folder).facts())}
+            facts = patient_of(spoilt_file(fault, file), folder).facts()
             new = [f for f in findings_of(facts) if f.rule.name not in sound]
         firsts = [f.cures[0] for f in new[:1]]
         rows.append({
             "name": fault.name,
-            "first": any(_is_back(c.place, c.direction, fault, facts) for c in firsts),
+            "first": any(is_back(c.place, c.direction, fault, facts) for c in firsts),
             "named": any(
-                _is_back(c.place, c.direction, fault, facts) for f in new for c in f.cures
+                is_back(c.place, c.direction, fault, facts) for f in new for c in f.cures
             ),
             "findings": len(new),
-            "farthest": _farthest(facts, fault),
-            "chance": 0.5 / len(candidates(fault.controller)),
+            "farthest": is_farthest(facts, fault),
+            "chance": 0.5 / len(candidates(file)),
         })  # fmt: skip
     return rows
 
 
-def _is_back(place: str, direction: Direction, fault: Fault, facts: Facts) -> bool:
+def is_back(place: str, direction: Direction, fault: Fault, facts: Facts) -> bool:
     """Tells whether a cure is of the spoilt parameter and leads back."""
     own = _place_of(fault)
     return own in facts.matching(place) and direction is fault.back
@@ -302,7 +158,7 @@ def _place_of(fault: Fault) -> str:
     return f"{node}.{name.rpartition('.')[2]}"
 
 
-def _farthest(facts: Facts, fault: Fault) -> bool:
+def is_farthest(facts: Facts, fault: Fault) -> bool:
     """Tells whether the spoilt parameter is the one farthest from its default, if one knows it.
 
     Of the controller's parameters, whose defaults Nav2 declares.

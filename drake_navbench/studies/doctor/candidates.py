@@ -7,7 +7,9 @@ from typing import Any
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset
+from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.kernels.footprint import footprint_radii
 from drake_navbench.studies.doctor.causes import Cause, Direction
 from drake_navbench.studies.doctor.cures import Trial, trials_of
 from drake_navbench.studies.doctor.driving import Driver, Row
@@ -19,6 +21,7 @@ from drake_navbench.studies.doctor.tried import IDLE, Tried, Verdict
 from drake_navbench.typed_files.dotted_names import flattened
 
 ASKS_FOR_LESS = "asks for less speed, and makes no robot faster"
+BELOW_BODY = "the radius would be smaller than the robot's body"
 
 
 @dataclass
@@ -64,6 +67,9 @@ class Candidates:
         if self._symptom is Symptom.TOO_SLOW and _asks_for_less(suspicion.cause, self._facts):
             return [], [Tried(suspicion, None, Verdict.NOT_TRIED, reason=ASKS_FOR_LESS)]
         trials = trials_of(suspicion.cause, self._facts, self._setup)[:most]
+        if trials and all(is_below_body(trial, self._setup.robot) for trial in trials):
+            return [], [Tried(suspicion, trials[0], Verdict.NOT_TRIED, reason=BELOW_BODY)]
+        trials = [trial for trial in trials if not is_below_body(trial, self._setup.robot)]
         if any(
             not self._facts.has_node(p.node.rpartition("/")[2]) for t in trials for p in t.changes
         ):
@@ -97,6 +103,15 @@ def _asks_for_less(cause: Cause, facts: Facts) -> bool:
     """Tells whether a cure only lowers the speed that the file asks for."""
     places = (facts.speed_place, f"{CONTROLLER}.max_speed_xy")
     return cause.direction is Direction.DOWN and cause.place in places
+
+
+def is_below_body(trial: Trial, robot: Robot) -> bool:
+    """Tells whether a change lowers the costmaps' radius below the body's, where that is known."""
+    if robot.collision_outline is None or trial.cause.direction is not Direction.DOWN:
+        return False
+    body_m = footprint_radii(robot.outline)[1]
+    radii = [value for place, value in trial.changes.items() if place.name == "robot_radius"]
+    return any(radius < body_m for radius in radii)
 
 
 def _is_same(before: Preset, after: Preset) -> bool:

@@ -71,7 +71,7 @@ def judge(
     visit. bar: the severity above which a trial shows the symptom.
     """
     shown = [e for e in tried if e.verdict is Verdict.SHOWN and e.trial is not None]
-    enough = [e for e in shown if e.after <= 0.5 * bar] or shown
+    enough = [e for e in shown if e.takes_all or e.after <= 0.5 * bar] or shown
     # Stable: the likelier cause stays first.
     enough.sort(key=lambda e: (len(e.trial.changes) if e.trial else 0, not e.takes_all))
     own = {name: probes[name] for name in showing}

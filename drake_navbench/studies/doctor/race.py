@@ -144,7 +144,7 @@ class Race:
         for seeds in (first, self._seeds_of(PAIRS)):
             self._drive([candidate], seeds)
             entry = self._entry(candidate) if candidate.rows else None
-            if entry is None or candidate.left or entry.fall < NEARLY_ALL or entry.touches:
+            if entry is None or candidate.left or not entry.leaves_nothing or entry.touches:
                 return False
             if self._symptom is not Symptom.COLLISION and self._adds_another(candidate):
                 return False
@@ -302,6 +302,7 @@ class Race:
             len(candidate.rows),
             max(touches, 0),
             reason,
+            int((after > 1.0).sum()),
         )
 
 

@@ -68,8 +68,8 @@ class Rarity(NamedTuple):
 class Tried:
     """A change that was tried. before, after: mean severity in the pairs. p_value: corrected.
 
-    fall: share by which the severity falls, with its interval. reason: why it was not tried, or
-    left early.
+    showing: the pairs that show the symptom with the change. fall: share by which the severity
+    falls, with its interval. reason: why it was not tried, or left early.
     """
 
     suspicion: Suspicion
@@ -82,6 +82,7 @@ class Tried:
     pairs: int = 0
     touches: int = 0
     reason: str = ""
+    showing: int = 1
 
     @property
     def fall(self) -> float:
@@ -102,7 +103,15 @@ class Tried:
     @property
     def takes_all(self) -> bool:
         """Whether the symptom is nearly gone, in all pairs, without more touches."""
-        return self.pairs >= PAIRS and self.fall >= NEARLY_ALL and not self.touches
+        return self.pairs >= PAIRS and self.leaves_nothing and not self.touches
+
+    @property
+    def leaves_nothing(self) -> bool:
+        """Whether hardly any of the severity is left, or too little of it to show in any pair.
+
+        A sound file leaves some of what is measured, as a distance from the plan.
+        """
+        return self.fall >= NEARLY_ALL or (self.before > 1.0 and not self.showing)
 
 
 def corrected(raw: Sequence[Tried]) -> list[Tried]:

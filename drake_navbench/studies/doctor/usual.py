@@ -27,6 +27,9 @@ PRESETS = {
 # The values of nav2_bringup's own file, from which nearly every file is copied.
 OF_BRINGUP: Mapping[str, tuple[float, ...]] = {
     "controller_server.failure_tolerance": (0.3,),
+    "controller_server.min_x_velocity_threshold": (0.001,),
+    "controller_server.min_y_velocity_threshold": (0.5,),
+    "controller_server.min_theta_velocity_threshold": (0.001,),
     "local_costmap.inflation_radius": (0.55, 0.7),
     "local_costmap.cost_scaling_factor": (3.0,),
     "local_costmap.resolution": (0.05,),

@@ -12,6 +12,7 @@ from drake_navbench.studies.doctor.causes import Direction
 from drake_navbench.studies.doctor.facts import facts_of
 from drake_navbench.studies.doctor.far_values import MOST
 from drake_navbench.studies.doctor.reading import findings_of
+from drake_navbench.studies.doctor.usual import unusual_value
 
 
 @pytest.fixture
@@ -182,3 +183,16 @@ def test_a_tiny_robots_costmap_has_small_cells(found, radius_m, is_far):
     costmap = {"resolution": 0.019, "robot_radius": radius_m, "footprint": ""}
     text = nav2_text(RPP_BLOCK, plugin=RPP, local_costmap=costmap)
     assert any("resolution" in f.rule.name for f in far(found(text))) is is_far
+
+
+def test_the_velocity_thresholds_of_nav2_bringup_are_usual(tmp_path):
+    """Nav2's code has 0.0001 m/s and rad/s, nav2_bringup's own file 0.001."""
+    path = tmp_path / "nav2.yaml"
+    server = {"min_x_velocity_threshold": 0.001, "min_theta_velocity_threshold": 0.01}
+    path.write_text(nav2_text(RPP_BLOCK, plugin=RPP, controller_server=server))
+    setup = read_nav2_files([path], load_robot("wheelchair"), "wheelchair", release="jazzy")
+    facts = facts_of(setup, setup.presets[0])
+    assert unusual_value(facts, "controller_server.min_x_velocity_threshold") is None
+    far = unusual_value(facts, "controller_server.min_theta_velocity_threshold")
+    assert far is not None
+    assert far.nearest == 0.001

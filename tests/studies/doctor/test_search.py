@@ -9,9 +9,11 @@ import yaml
 from doctor_texts import MPPI, MPPI_BLOCK, RPP, RPP_BLOCK, nav2_text
 from fake_drives import CAUSE, PROBES, TRIAL, Counted, Rows, judged, raced, tried
 
+from drake_navbench.inputs.robot import load_robot
 from drake_navbench.nav2.patch import Place
 from drake_navbench.studies.doctor import visit as visits
 from drake_navbench.studies.doctor.alike import NOTHING_TOLD
+from drake_navbench.studies.doctor.candidates import is_below_body
 from drake_navbench.studies.doctor.causes import Cause, Direction
 from drake_navbench.studies.doctor.change_words import change_told
 from drake_navbench.studies.doctor.cures import Trial
@@ -487,3 +489,20 @@ def test_the_first_look_at_a_change_lasts_until_two_pairs_have_the_symptom(patie
     """A seed has three pairs; with the symptom from the third seed on, the eighth pair suffices."""
     found = raced(patient, Rows(["wobble_straight"], ["wobble_straight"], seldom=seldom))
     assert (found.pairs, found.reason) == (pairs, "little or no fall in the first pairs")
+
+
+def test_what_no_pair_shows_is_taken_away_though_a_sound_file_leaves_some_of_it():
+    """A distance from the plan: 2.0 half widths before, 0.35 after, 1.0 is the threshold."""
+    assert tried(2.0, 0.35, 0.001, showing=0).takes_all
+    # One pair still shows it; or it was only a weak sign before.
+    assert not tried(2.0, 0.35, 0.001, showing=1).takes_all
+    assert not tried(0.8, 0.35, 0.001, showing=0).takes_all
+
+
+def test_a_radius_below_the_body_is_not_tried():
+    """The Waffle's body reaches 0.255 m, so its disc of 0.22 m is not made smaller."""
+    smaller = Cause("local_costmap.robot_radius", Direction.DOWN, None, "smaller")
+    trial = Trial(smaller, {Place("local_costmap/local_costmap", "robot_radius"): 0.132})
+    assert is_below_body(trial, load_robot("turtlebot3_waffle"))
+    # Of the TurtleBot 4 the Nav2 file's radius is all that is known.
+    assert not is_below_body(trial, load_robot("turtlebot4"))

@@ -1,23 +1,4 @@
-"""Visits of planted faults: does the doctor find the spoilt parameter and its cure by driving?
-
-What `harmful_faults.py` drives, and how a visit is scored. Written before anything was driven:
-
-- *Harmful* is a fault whose probes show a symptom that the sound file's do not (both: every probe
-  with two seeds; shown is what at least half of a probe's trials show). That is decided before the
-  doctor sees the file. The others are left out: no experiment on these probes can find them.
-- *Complaint.* Of a harmful fault the doctor is given the weightiest of the new symptoms, as
-  `--symptom`, and no words. It does not know the sound file.
-- *Budget.* None in seconds, since the machine is shared; trials are counted instead.
-- *First*: the first cause that is shown is the spoilt parameter, in the direction back. *Among the
-  shown*: any is. *Gone*: the doctor has a change that helps on its fresh seeds. *Nothing worse*: of
-  these, no other symptom is in two more trials and no touch in one more, on two further seeds of
-  all probes that neither the search nor the judgement has driven.
-- *No skill*, on the same harmful faults: the value farthest from Nav2's default, set back. And what
-  the reading alone answers to the complaint (its first suspect), which shows what driving adds.
-
-Unit: one fault, which is one file. Intervals are Wilson's, 95%. Two faults of one controller share
-their sound file, so they are less apart than the intervals suppose.
-"""
+"""Visits of planted faults that do harm, and their scores; the rules are `harmful_faults.py`'s."""
 
 from __future__ import annotations
 
@@ -26,15 +7,8 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
-from planted_faults import (
-    ROBOT,
-    Fault,
-    _farthest,
-    _is_back,
-    patient_of,
-    sound_file,
-    spoilt_file,
-)
+from planted_faults import Fault, is_back, is_farthest, spoilt_file
+from sound_files import BASE, good_file, patient_of
 
 from drake_navbench.analysis.statistics import share_interval
 from drake_navbench.processes.machine import available_cores
@@ -71,19 +45,20 @@ KNOWN: Mapping[str, Callable[[Mapping[str, Any]], bool]] = {
 def patient_and_driver(file: Mapping[str, Any], folder: Path) -> tuple[Patient, Driver]:
     folder.mkdir(parents=True, exist_ok=True)
     driver = Driver(
-        folder, ROBOT, jobs=available_cores(), budget_s=NO_BUDGET_S, tell=lambda line: None
+        folder, BASE, jobs=available_cores(), budget_s=NO_BUDGET_S, tell=lambda line: None
     )
-    return patient_of(file, folder), driver
+    return patient_of(file, folder, BASE), driver
 
 
 def visited_by(fault: Fault, complaint: Symptom, folder: Path) -> dict[str, Any]:
-    patient, driver = patient_and_driver(spoilt_file(fault), folder)
+    sound = good_file(fault.controller)
+    patient, driver = patient_and_driver(spoilt_file(fault, sound), folder)
     found = visit(patient, complaint, NOTHING_TOLD, driver, seed=0)
     if found.is_interrupted:
         raise KeyboardInterrupt
     facts = found.facts
     causes = [entry.suspicion.cause for entry in found.shown]
-    back = [_is_back(cause.place, cause.direction, fault, facts) for cause in causes]
+    back = [is_back(cause.place, cause.direction, fault, facts) for cause in causes]
     by_change = sorted(
         zip(found.shown, back, strict=True),
         key=lambda pair: found.cure is None or pair[0] is not found.cure.tried,
@@ -98,16 +73,16 @@ def visited_by(fault: Fault, complaint: Symptom, folder: Path) -> dict[str, Any]
         # What is called too rare counts as a miss, even if another symptom is treated.
         "first": back[:1] == [True] and not is_rare,
         "among": any(back) and not is_rare,
-        "named": any(_is_back(cause.place, cause.direction, fault, facts) for cause in named),
+        "named": any(is_back(cause.place, cause.direction, fault, facts) for cause in named),
         "shown": found.shown[0].trial.told if found.shown and found.shown[0].trial else "",
         "gone": found.cure is not None and not is_rare,
         "change": found.cure.trial.told if found.cure is not None else "",
         # As the score of 2030 to 2035 has it: if a change is offered, its cause is the first.
         "offered": offered[:1] == [True] and not is_rare,
         "rivals": [entry.trial.told for entry in found.rivals if entry.trial],
-        "farthest": _farthest(facts, fault),
-        "abnormal": any(_is_back(c.place, c.direction, fault, facts) for c in first_back[:1]),
-        "read": read is not None and _is_back(read.place, read.direction, fault, facts),
+        "farthest": is_farthest(facts, fault),
+        "abnormal": any(is_back(c.place, c.direction, fault, facts) for c in first_back[:1]),
+        "read": read is not None and is_back(read.place, read.direction, fault, facts),
         "candidates": sum(entry.pairs > 0 for entry in found.tried),
         "trials": driver.driven,
     }
@@ -116,7 +91,7 @@ def visited_by(fault: Fault, complaint: Symptom, folder: Path) -> dict[str, Any]
     elif found.cure is not None:
         cure = found.cure
         row["fresh"] = [cure.before_target, cure.after_target, cure.target_trials]
-        row |= _worse(found, patient, driver, sound_file(fault.controller), folder)
+        row |= _worse(found, patient, driver, sound, folder)
     return row
 
 
@@ -131,7 +106,7 @@ def _worse(
     probes = list(found.probes.values())
     own_folder = folder / "sound"
     own_folder.mkdir(exist_ok=True)
-    healthy = patient_of(sound, own_folder)
+    healthy = patient_of(sound, own_folder, BASE)
     presets = [
         *patient.before_and_after(found.cure.trial.changes),
         healthy.chosen(healthy.columns()),
