@@ -43,7 +43,7 @@ COMMAND = "python studies/harmful_faults.py drive DIR --until 09:10"
 REASONS = {
     "2040 mppi global_costmap/global_costmap: resolution": """\
 the way back is second: it leaves a distance from the plan, as a sound file does, and a radius of
-0.57 m, with which the robot does not drive, leaves none; the change offered is the right one""",
+0.57 m, with which no drive begins, leaves none; the change offered is the right one""",
     "2040 dwb global_costmap/global_costmap: resolution": """\
 the same; the way back is shown, but not judged, as it leaves more than half of the threshold and
 the radius less""",
@@ -71,9 +71,9 @@ one touch more in 34 trials, none more than with the good file; the spoilt robot
 far""",
 }
 AGAIN = """\
-**Mended since, and not judged**: a symptom counts as taken away if no pair shows it any more, and
-no radius below the robot's body is tried. Visited again by the doctor with these mends, which these
-faults taught:"""
+**Mended since, and not judged**: a symptom counts as taken away if no pair shows it any more, a
+change with which no drive begins is no cure, and no radius below the robot's body is tried. Four
+misses visited again by a doctor with the first and the third of these mends, which they taught:"""
 COMMAND_AGAIN = "python studies/harmful_faults.py again DIR"
 EARLIER = """\
 ### Earlier draws
@@ -176,7 +176,7 @@ def _again_lines(again: dict[str, Entry]) -> Iterator[str]:
 
 
 def _controller_lines(entries: dict[str, Entry]) -> Iterator[str]:
-    """Yields what was screened, found harmful and visited of each controller."""
+    """Yields the counts of faults and the scores of each controller."""
     names = " | ".join(name for _, name in SHORT)
     yield f"| | screened | refused | harmful | visited | {names} |"
     yield f"|---|---|---|---|---|{'---|' * len(SHORT)}"
@@ -202,7 +202,7 @@ def _count(visits: list[Entry], key: str) -> str:
 
 
 def _read_lines() -> Iterator[str]:
-    """Yields what reading alone says of the 60 faults."""
+    """Yields the scores of the 60 faults by reading alone."""
     rows = read_score(drawn())
     count = len(rows)
     silent = sum(row["findings"] == 0 for row in rows)

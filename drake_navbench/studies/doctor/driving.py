@@ -268,6 +268,11 @@ def has_failed(row: Mapping[str, Any]) -> bool:
     return bool(row["outcome"] == Outcome.ERROR)
 
 
+def has_not_begun(row: Mapping[str, Any]) -> bool:
+    """Tells whether a task was given up before the robot drove: no symptom can be told."""
+    return bool(row["outcome"] == Outcome.ABORTED and not row["severity"])
+
+
 def is_same(one: Row, other: Row) -> bool:
     """Tells whether two trials are the same to the last digit, their columns' names apart."""
     return all(one[name] == other[name] for name in ("outcome", "end", "severity"))

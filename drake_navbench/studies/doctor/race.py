@@ -23,6 +23,7 @@ from drake_navbench.studies.doctor.driving import (
     Driver,
     Row,
     has_failed,
+    has_not_begun,
     is_same,
     severity,
     shows,
@@ -309,13 +310,14 @@ class Race:
 def _pairs(before: Sequence[Row], after: Sequence[Row], symptom: Symptom) -> NDArray[np.float64]:
     """Returns the severities of the symptom, [pair, before or after the change].
 
-    A pair in which the change cuts the drive short counts as no fall; a touch outweighs everything,
-    so what comes instead of it does not matter here.
+    A pair in which the change cuts the drive short, or lets none begin, counts as no fall; a touch
+    outweighs everything, so what comes instead of it does not matter here.
     """
     ends = () if symptom is Symptom.COLLISION else CUTS_SHORT
     found = []
     for old, new in zip(before, after, strict=True):
         pair = [severity(old, symptom), severity(new, symptom)]
         is_cut = any(shows(new, s) and not shows(old, s) for s in ends if s is not symptom)
+        is_cut |= bool(ends) and has_not_begun(new)
         found.append([pair[0], max(pair)] if is_cut or has_failed(old) else pair)
     return np.array(found)

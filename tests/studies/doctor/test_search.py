@@ -506,3 +506,17 @@ def test_a_radius_below_the_body_is_not_tried():
     assert is_below_body(trial, load_robot("turtlebot3_waffle"))
     # Of the TurtleBot 4 the Nav2 file's radius is all that is known.
     assert not is_below_body(trial, load_robot("turtlebot4"))
+
+
+def test_a_change_with_which_no_drive_begins_is_no_cure(patient):
+    """As a radius with which the start itself is blocked: the log is too short for a symptom."""
+
+    class NotBegun(Counted):
+        def drive(self, preset, probes, trials, *, seed):
+            rows = super().drive(preset, probes, trials, seed=seed)
+            is_after = preset.name == "after"
+            return [r | {"outcome": "aborted", "severity": {}} if is_after else r for r in rows]
+
+    found = raced(patient, NotBegun(9.5, 0.0))
+    assert found.fall == 0.0
+    assert not found.takes_all
