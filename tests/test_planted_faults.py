@@ -75,18 +75,29 @@ def test_a_turn_of_dwb_or_mppi_counts_as_two(study):
     for _ in range(8):
         turns.append(controller := study.next_controller(done))
         for place, _, _ in study.parameters_left(done, controller)[:4]:
-            done[f"2040 {controller} {place}"] = {"harmful": []}
-    assert turns == ["rpp", "dwb", "graceful", "shim", "mppi", "rpp", "graceful", "shim"]
+            done[f"2041 {controller} {place}"] = {"harmful": []}
+    # Graceful's file is not driven.
+    assert turns == ["rpp", "dwb", "shim", "mppi", "rpp", "shim", "rpp", "dwb"]
+
+
+def test_a_parameter_of_the_draw_before_is_passed_over_in_the_same_direction_alone(study):
+    before, now = (study.in_draw_order("rpp", seed) for seed in study.DRAWS)
+    number = next(p for p in before if p in now and not isinstance(p[1], bool))
+    turned = next(p for p in before if p not in now and not isinstance(p[1], bool))
+    switch = next(p for p in before if isinstance(p[1], bool))
+    done = {f"2040 rpp {place}": {} for place, *_ in (number, turned, switch)}
+    left = [place for place, *_ in study.parameters_left(done, "rpp")]
+    assert set(left) == {p[0] for p in now} - {number[0], switch[0]}
 
 
 def test_what_does_harm_waits_for_its_visit(study):
     done = {
-        "2039 rpp a": {"harmful": ["too_slow"]},
-        "2040 rpp b": {"harmful": []},
-        "2040 rpp c": {"harmful": ["too_slow"], "first": False},
-        "2040 dwb d": {"harmful": ["spins"]},
+        "2040 rpp a": {"harmful": ["too_slow"]},
+        "2041 rpp b": {"harmful": []},
+        "2041 rpp c": {"harmful": ["too_slow"], "first": False},
+        "2041 dwb d": {"harmful": ["spins"]},
     }
-    assert [key for key, _ in study.waiting_visits(done)] == ["2040 dwb d"]
+    assert [key for key, _ in study.waiting_visits(done)] == ["2041 dwb d"]
 
 
 def test_a_visit_that_ends_with_an_error_is_a_miss(study, monkeypatch, tmp_path):
