@@ -125,7 +125,7 @@ def difference(trials: pd.DataFrame, measure: Measure, rival: str) -> Difference
     Who never moved did not arrive: such a trial has no clearance, path error or acceleration.
     """
     units = units_of(trials, OURS, rival)
-    if succeeded(units, rival).mean() < LEAST_ARRIVALS:
+    if units.empty or succeeded(units, rival).mean() < LEAST_ARRIVALS:
         return None
     both = succeeded(units, OURS) & succeeded(units, rival)
     pairs = units.loc[both, measure.column][[OURS, rival]].astype(float).dropna()

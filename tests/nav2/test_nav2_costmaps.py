@@ -22,7 +22,7 @@ def test_costs_that_do_not_reach_as_far_as_the_robot_are_doubtful(setup_of, radi
     # Nav2 makes the circle a polygon of 16 corners and pads it by 0.01 m.
     row = row_of(setup_of(COLUMN, LOCAL % costmap), "inflate.inflation_radius")
     assert row.status == (Status.DOUBTFUL if is_small else Status.USED)
-    assert ("less than the robot's inscribed radius, 0.294 m" in row.remark) == is_small
+    assert ("less than the robot's inscribed radius, 0.2942 m" in row.remark) == is_small
 
 
 def test_lyricals_legacy_inflation_layer_is_taken_whole(setup_of):
