@@ -308,8 +308,7 @@ def _score(arguments: argparse.Namespace) -> None:
 
     if arguments.files:
         raise InputError(
-            "--score: takes the files of its cases from --files; leave out "
-            f"{arguments.files[0]}"
+            f"--score: takes the files of its cases from --files; leave out {arguments.files[0]}"
         )
     if arguments.case_files is not None and not arguments.case_files.is_dir():
         raise InputError(f"--files {arguments.case_files}: expected a folder")
