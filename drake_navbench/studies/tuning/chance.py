@@ -1,4 +1,4 @@
-"""Chance in the trials of a search: without any, all trials of a task are one, and nothing is shown."""
+"""Chance in the trials of a search: without any, all trials of a task are one."""
 
 from __future__ import annotations
 

@@ -102,7 +102,7 @@ def test_a_budget_too_small_for_the_probes_of_a_symptom_names_one_that_suffices(
     monkeypatch.setattr(
         Driver, "tell", property(lambda _: told.append, lambda *_: None), raising=False
     )
-    clock, found, _ = visited(15.0)
+    clock, *_ = visited(15.0)
     assert len(clock.driven) == 2
     assert (
         "  the budget is too small for the 3 probes made for wobble_straight: the same command "

@@ -14,7 +14,7 @@ from drake_navbench.commands import tune as command
 from drake_navbench.inputs.presets import load_preset, load_preset_file
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.nav2.controllers import load_parameter_file
-from drake_navbench.studies.tuning import chance, judgement, study, tune
+from drake_navbench.studies.tuning import chance, judgement, study
 
 ARGUMENTS = ["rpp", "--scenarios", "doorway,one_obstacle", "--held-out", "static_obstacles"]
 ARGUMENTS += ["--objectives", "time,clearance", "--parameter", "lookahead_dist=0.3:1.2"]
