@@ -106,6 +106,7 @@ def _compare(arguments: argparse.Namespace) -> int:
         from drake_navbench.analysis.compare_page import write_compare_page
 
         write_compare_page(comparison, arguments.html)
+        print(f"Open {arguments.html}", file=sys.stderr)
     if arguments.junit is not None:
         _write(arguments.junit, compare.to_junit(comparison))
     found = {

@@ -293,7 +293,10 @@ def _look_at_log(arguments: argparse.Namespace) -> None:
     from drake_navbench.studies.doctor.told import wrapped
 
     if arguments.files:
-        raise InputError("--log: looks at a log alone; expected no FILE")
+        raise InputError(
+            f"--log {arguments.log}: a log is looked at without a Nav2 file; leave out "
+            f"{arguments.files[0]}, or leave out --log to have the file examined"
+        )
     lines = [line for told in told_of_log(arguments.log) for line in wrapped(told, "- ")]
     print_text("\n".join(lines) + "\n")
 
@@ -304,7 +307,9 @@ def _score(arguments: argparse.Namespace) -> None:
     from drake_navbench.typed_files.output_file import write_text
 
     if arguments.files:
-        raise InputError("--score: takes the files of its cases from --files; expected no FILE")
+        raise InputError(
+            f"--score: takes the files of its cases from --files; leave out {arguments.files[0]}"
+        )
     if arguments.case_files is not None and not arguments.case_files.is_dir():
         raise InputError(f"--files {arguments.case_files}: expected a folder")
     cases = read_cases(arguments.score)

@@ -208,7 +208,10 @@ def require_options_that_are_used(arguments: argparse.Namespace) -> None:
     for use, used in USED.items():
         unused = sorted(given - {use, *used}) if use in given else []
         if unused:
-            raise InputError(f"{option_of(unused[0])}: is of no use with {option_of(use)}")
+            option = option_of(unused[0])
+            raise InputError(
+                f"{option}: is of no use with {option_of(use)}; leave out one of the two"
+            )
 
 
 def option_of(name: str) -> str:

@@ -26,7 +26,12 @@ from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario, Suite, scenario_on_map
 from drake_navbench.inputs.task_time import with_time
 from drake_navbench.inputs.world_on_map import free_on_both
-from drake_navbench.navigation.costmaps.map_file import OccupancyMap, load_map
+from drake_navbench.navigation.costmaps.map_file import (
+    SAVED_FREE_THRESH,
+    OccupancyMap,
+    load_map,
+)
+from drake_navbench.navigation.costmaps.map_image import UNKNOWN
 from drake_navbench.typed_files.quantities import Pose
 
 # The least distance from start to goal: a goal next to the start needs no navigation.
@@ -34,6 +39,10 @@ MIN_DISTANCE_M = 2.0
 # The limit is high because most draws fail on a map with hardly any two places so far apart.
 MAX_DRAWS_PER_TASK = 1000
 EIGHT_NEIGHBOURS = np.ones((3, 3), dtype=int)
+# From this share of unknown cells on the error on a map without room tells it.
+MOSTLY = 0.5
+# Files with thresholds: a world has none.
+MAP_SUFFIXES = (".yaml", ".yml")
 # Positions are rounded to mm.
 DECIMALS = 3
 
@@ -146,10 +155,23 @@ def _drawn_pairs(
                 f"{2.0 * max(map(_reach, robots)):.2g} m of free floor for the robot "
                 f"that are {MIN_DISTANCE_M:g} m apart and connected"
                 f"{'' if start is None else f', one of them --start {list(start)}'}; "
-                "expected a map with room for it"
+                f"{_remedy(grid, file, start)}"
             )
         pairs.append(pair)
     return pairs
+
+
+def _remedy(grid: OccupancyMap, file: Path, start: Pose | None) -> str:
+    """Returns the end of the error on a map without room: a way to have tasks nevertheless."""
+    other = "" if start is None else "another --start, "
+    ways = f"expected {other}a map with room for it, or --goals FILE with places of yours"
+    unknown = float((grid.occupancy == UNKNOWN).mean())
+    if unknown < MOSTLY or file.suffix not in MAP_SUFFIXES:
+        return ways
+    return (
+        f"{unknown:.0%} of the map is unknown: {ways}, or other thresholds, by which more of its "
+        f"grey is free (mode trinary, free_thresh {SAVED_FREE_THRESH:g})"
+    )
 
 
 def _places(grid: OccupancyMap, robots: Sequence[Robot]) -> _Places:

@@ -269,6 +269,14 @@ def test_scenarios_and_robots_that_differ_are_named(folders, tmp_path, capsys):
     assert "empty.yaml: cannot be read: " in capsys.readouterr().err
 
 
+def test_the_path_of_the_page_is_told(folders, tmp_path, capsys):
+    page = tmp_path / "page.html"
+    pair = [str(folders["main"]), str(folders["main"]), "--jobs", "1"]
+    assert command.main([*pair, "--html", str(page)]) == 0
+    assert capsys.readouterr().err.splitlines()[0] == f"Open {page}"
+    assert page.exists()
+
+
 def test_a_complete_comparison_satisfies_require_all(folders):
     arguments = [str(folders["main"]), str(folders["main"]), "--jobs", "1", "--require-all"]
     assert command.main(arguments) == 0

@@ -102,6 +102,23 @@ def test_a_given_start_is_that_of_all_and_its_goals_lie_in_its_room(tmp_path):
     assert all(task.goal[0] > 5.1 for task in tasks)
 
 
+def test_a_map_without_room_names_the_ways_out(tmp_path):
+    """Rooms of 5 m have no 8 m of free floor; one that is unknown has none for any robot."""
+    path = write_rooms(tmp_path)
+    wide = load_robot("round_robot", {"robot_radius": 4.0})
+    ways = "a map with room for it, or --goals FILE with places of yours"
+    with pytest.raises(InputError, match=f"connected; expected {ways}$"):
+        sample_tasks(path, wide, 2, seed=0)
+    with pytest.raises(InputError, match=f"expected another --start, {ways}$"):
+        sample_tasks(path, wide, 2, seed=0, start=(7.0, 2.0, 0.5))
+    # 205 is the grey of unknown cells; 1 of 101 columns is the wall.
+    grey = np.full((50, 101), 205, dtype=np.uint8)
+    grey[:, 50] = 0
+    Image.fromarray(grey).save(tmp_path / "rooms.png")
+    with pytest.raises(InputError, match=f"99% of the map is unknown: expected {ways}, or other"):
+        sample_tasks(path, load_robot("round_robot"), 2, seed=0)
+
+
 @pytest.mark.parametrize(
     ("fields", "said"),
     [({"free_thresh": 0.25}, r"free_thresh 0\.25"), ({"mode": "scale"}, "mode scale")],

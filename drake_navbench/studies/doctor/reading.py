@@ -243,7 +243,9 @@ def _merged(pieces: list[tuple[float, Cause, str, Finding | None]]) -> Suspicion
     pieces = sorted(pieces, key=lambda piece: -piece[0])
     known = [cause for _, cause, _, _ in pieces if cause.to is not None]
     cause = known[0] if known else pieces[0][1]
-    reasons = tuple(dict.fromkeys(why for _, _, why, _ in pieces if why))
+    # A rule that fires tells with the file's values what a suspect tells of any file.
+    seen = [why for _, _, why, finding in pieces if why and finding is not None]
+    reasons = tuple(dict.fromkeys(seen or [why for _, _, why, _ in pieces if why]))
     findings = tuple(f for _, _, _, f in pieces if f is not None)
     return Suspicion(cause, pieces[0][0], reasons, findings)
 

@@ -78,6 +78,8 @@ def judge_front(
                 f"made by: {request.command}",
                 f"study: {result['digest']}",
             ]
+            if noise_m := request.added_range_std_m:
+                remarks.append(f"driven with noise of {noise_m:g} m on a lidar that has none")
             stem = request.out / FRONT / file_name(column.name)
             space.write(column, entry.parameters, stem, remarks)
     kept = [deciding[point["name"]] for point in result["front"]]

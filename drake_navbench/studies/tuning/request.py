@@ -30,7 +30,8 @@ class TuningRequest:
     file `nav2`. fresh: trials of the front in each scenario on fresh seeds, and in each held-out
     scenario; more in deciding scenarios where fewer cannot decide. map_file, goals: a map, and the
     number of tasks drawn on it for the search, or a file of places between which they lead;
-    `deciding_pairs` further tasks are drawn and held out.
+    `deciding_pairs` further tasks are drawn and held out. added_range_std_m: noise that the search
+    adds to a lidar without any on these tasks, 0 for none.
     """
 
     preset: str
@@ -53,6 +54,7 @@ class TuningRequest:
     plugin: str | None = None
     map_file: Path | None = None
     goals: int | Path = 0
+    added_range_std_m: float = 0.0
 
     @property
     def deciding(self) -> tuple[str | Scenario, ...]:

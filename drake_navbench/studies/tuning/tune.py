@@ -12,9 +12,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from drake_navbench.analysis.tuning_page import RESULT_NAME, write_tuning_page
-from drake_navbench.campaign.rows_of_trials import measure, planned_pairs
+from drake_navbench.campaign.rows_of_trials import planned_pairs
 from drake_navbench.inputs.presets import Preset, load_preset
-from drake_navbench.studies.tuning.front import SEED_OF_HELD_OUT, judge_front
+from drake_navbench.studies.tuning.chance import require_chance_in_held_out, with_chance
+from drake_navbench.studies.tuning.front import judge_front
 from drake_navbench.studies.tuning.guards import (
     WORLDS_IN_SEARCH,
     Guards,
@@ -25,7 +26,7 @@ from drake_navbench.studies.tuning.guards import (
 )
 from drake_navbench.studies.tuning.journal import JOURNAL, open_study
 from drake_navbench.studies.tuning.nav2_space import FileSpace, current_values, file_space
-from drake_navbench.studies.tuning.objectives import Objective, chosen_objectives, require_random
+from drake_navbench.studies.tuning.objectives import Objective, chosen_objectives
 from drake_navbench.studies.tuning.request import (
     TuningRequest,
     names_of,
@@ -46,7 +47,6 @@ from drake_navbench.studies.tuning.study import (
 from drake_navbench.studies.tuning.task import TuningTask, tuning_task
 from drake_navbench.typed_files.output_file import write_text
 
-TRIALS_THAT_TELL_CHANCE = 2
 MINUTE_S, HOUR_S = 60.0, 3600.0
 
 
@@ -65,9 +65,10 @@ def tune(request: TuningRequest, tell: Callable[[str], None]) -> None:
         baseline, request.robot, seed=request.seed, first=0, worlds=WORLDS_IN_SEARCH
     )
     _tell_tasks_left_out(request, tell)
+    request = with_chance(request, baseline, objectives, tell)
     trials = _planned_trials(request, baseline, guards)
     if request.held_out and not request.goals:
-        _require_chance_in(request, baseline, objectives)
+        require_chance_in_held_out(request, baseline, objectives)
     task = _task_of(request, baseline, space, guards)
     if (request.out / JOURNAL).exists():
         # A study of another task is refused before anything is driven for it.
@@ -98,6 +99,8 @@ def tune(request: TuningRequest, tell: Callable[[str], None]) -> None:
     front = front_of(driven, request.most_front_points)
     importance = {entry.name: importance_of(study, index) for index, entry in enumerate(objectives)}
     result = _result(task, request, guards, driven, importance)
+    if request.added_range_std_m:
+        result["added_range_std_m"] = request.added_range_std_m
     if front:
         judge_front(request, space, objectives, front, result, tell)
     else:
@@ -160,30 +163,18 @@ def _tell_touches_of_baseline(
         )
 
 
-def _require_chance_in(
-    request: TuningRequest, baseline: Preset, objectives: Sequence[Objective]
-) -> None:
-    """Raises InputError before the search where nothing in a held-out scenario is random."""
-    count = TRIALS_THAT_TELL_CHANCE * len(request.held_out)
-    specs = planned_pairs(
-        baseline, request.held_out, request.robot, count, request.seed + SEED_OF_HELD_OUT
-    )
-    rows = measure(specs, jobs=request.jobs)
-    for scenario in dict.fromkeys(row["scenario"] for row in rows):
-        own = [row for row in rows if row["scenario"] == scenario]
-        require_random(scenario, own, objectives)
-
-
 def _task_of(
     request: TuningRequest, baseline: Preset, space: SearchSpace, guards: Guards
 ) -> TuningTask:
-    of_file = {}
+    of_file: dict[str, Any] = {}
     if isinstance(space, FileSpace):
         # The whole text of the file counts: another file of the same name is another task.
         of_file = {"file": sha256(space.text.encode()).hexdigest(), **current_values(space)}
     if isinstance(request.goals, Path):
         # Tasks between other places have the same names.
         of_file["goals"] = sha256(request.goals.read_bytes()).hexdigest()
+    if request.added_range_std_m:
+        of_file["lidar.range_std_m"] = request.added_range_std_m
     return tuning_task(
         baseline,
         of_file,

@@ -86,6 +86,30 @@ def test_half_of_a_short_budget_goes_to_the_probes_nearest_to_the_symptom(visite
     assert verdict(found).startswith("In 10 of 10 probes (")
 
 
+def test_a_slow_first_trial_leaves_no_probe_made_for_the_symptom_out(visited):
+    """Half of 35 s are two trials of 10 s; the third is driven from the other half."""
+    made = ["straight", "straight_rough", "corridor"]
+    clock, found, _ = visited(35.0)
+    assert [name for _, name in clock.driven[:3]] == made
+    assert len(found.rows) == 3
+
+
+def test_a_budget_too_small_for_the_probes_of_a_symptom_names_one_that_suffices(
+    visited, monkeypatch
+):
+    """In 15 s two trials begin; three of 10 s fit into half of 60 s."""
+    told = []
+    monkeypatch.setattr(
+        Driver, "tell", property(lambda _: told.append, lambda *_: None), raising=False
+    )
+    clock, *_ = visited(15.0)
+    assert len(clock.driven) == 2
+    assert (
+        "  the budget is too small for the 3 probes made for wobble_straight: the same command "
+        "with --budget 1m drives them all"
+    ) in told
+
+
 def test_the_same_command_goes_on_with_what_was_left_out(visited):
     visited(200.0)
     clock, found, _ = visited(1500.0)

@@ -14,10 +14,12 @@ from doctor_texts import (
 )
 
 from drake_navbench.errors import InputError
+from drake_navbench.plugins.releases import Release
 from drake_navbench.studies.doctor.alike import Told
 from drake_navbench.studies.doctor.causes import Direction
 from drake_navbench.studies.doctor.complaints import symptoms_called, symptoms_told
 from drake_navbench.studies.doctor.in_effect import is_in_effect
+from drake_navbench.studies.doctor.partial_files import facts_of_values
 from drake_navbench.studies.doctor.reading import findings_of, suspicions_of
 from drake_navbench.studies.doctor.suspects import all_suspects, ranges
 from drake_navbench.studies.doctor.symptoms import LOOKS_LIKE, Symptom
@@ -146,3 +148,12 @@ def test_values_of_a_costmap_whose_name_stands_there_once_are_nobody_s(facts):
     assert rule in fired("local_costmap: {local_costmap: %s}")
     assert rule not in fired("local_costmap: %s")
     assert "costmap-named-once" in fired("local_costmap: %s")
+
+
+def test_a_cause_that_a_rule_sees_is_told_once():
+    """What the rule sees in this file; not what is said of any file in other words."""
+    facts = facts_of_values("mppi", Release.JAZZY, {"CostCritic.consider_footprint": False})
+    seen = [s for symptom in Symptom for s in suspicions_of(facts, symptom) if s.findings]
+    assert seen
+    for suspicion in seen:
+        assert {*suspicion.reasons} <= {f.seen for f in suspicion.findings}

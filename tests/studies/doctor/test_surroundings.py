@@ -93,7 +93,16 @@ def test_a_map_goes_with_goals(tmp_path, capsys, option, value):
 )
 def test_an_option_that_would_do_nothing_is_refused(capsys, use, option):
     assert main(["nav2.yaml", *use, option, "x.yaml"]) == 2
-    assert capsys.readouterr().err.startswith(f"{option}: is of no use with {use[0]}")
+    told = f"{option}: is of no use with {use[0]}; leave out one of the two\n"
+    assert capsys.readouterr().err == told
+
+
+def test_a_log_is_looked_at_without_a_file(capsys):
+    assert main(["nav2.yaml", "--log", "trial.parquet"]) == 2
+    assert capsys.readouterr().err == (
+        "--log trial.parquet: a log is looked at without a Nav2 file; leave out nav2.yaml, or "
+        "leave out --log to have the file examined\n"
+    )
 
 
 def test_a_board_is_slower_by_the_ratio_of_its_cycles():

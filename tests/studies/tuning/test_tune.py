@@ -14,7 +14,7 @@ from drake_navbench.commands import tune as command
 from drake_navbench.inputs.presets import load_preset, load_preset_file
 from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.nav2.controllers import load_parameter_file
-from drake_navbench.studies.tuning import judgement, study, tune
+from drake_navbench.studies.tuning import chance, judgement, study
 
 ARGUMENTS = ["rpp", "--scenarios", "doorway,one_obstacle", "--held-out", "static_obstacles"]
 ARGUMENTS += ["--objectives", "time,clearance", "--parameter", "lookahead_dist=0.3:1.2"]
@@ -45,7 +45,7 @@ def planted_benchmark(scenarios, columns, *, trials, seed, robot, jobs, out):
 @pytest.fixture
 def planted_trials(monkeypatch):
     monkeypatch.setattr(study, "measure", planted)
-    monkeypatch.setattr(tune, "measure", planted)
+    monkeypatch.setattr(chance, "measure", planted)
     monkeypatch.setattr(judgement, "run_benchmark", planted_benchmark)
 
 
@@ -197,7 +197,7 @@ def test_a_baseline_that_never_arrives_is_one_line_and_leaves_no_study(
         return [row | {"outcome": "aborted"} for row in planted(specs, jobs=jobs)]
 
     monkeypatch.setattr(study, "measure", aborting)
-    monkeypatch.setattr(tune, "measure", planted)
+    monkeypatch.setattr(chance, "measure", planted)
     out = tmp_path / "tuning"
     assert command.main([*ARGUMENTS, "--out", str(out)]) == 2
     (line,) = capsys.readouterr().err.splitlines()

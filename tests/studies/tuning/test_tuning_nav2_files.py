@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from difflib import unified_diff
 from pathlib import Path
 
 import pytest
+from test_study import planted
 from test_tune import planted_trials  # noqa: F401
 
 from drake_navbench.commands import tune as command
 from drake_navbench.errors import InputError
+from drake_navbench.studies.tuning import chance, study
 from drake_navbench.studies.tuning.nav2_space import current_values, file_space
 
 REPOSITORY = Path(__file__).parents[3]
@@ -116,6 +119,45 @@ def test_the_search_drives_between_the_places_of_a_file_and_holds_drawn_tasks_ou
     places.write_text(places.read_text().replace("x: 9.3", "x: 9.0"))
     assert command.main(arguments) == 2
     assert "a study of another task" in capsys.readouterr().err
+
+
+def test_a_lidar_without_noise_gets_some_where_nothing_else_is_random(
+    planted_trials,  # noqa: F811
+    monkeypatch,
+    tmp_path,
+    capsys,
+):
+    def by_noise(specs, *, jobs):
+        """Trials of other seeds differ where the lidar has noise."""
+        return [
+            row
+            for spec in specs
+            for row in planted([spec if spec.robot.lidar.range_std_m else replace(spec, seed=0)],
+                               jobs=jobs)
+        ]  # fmt: skip
+
+    monkeypatch.setattr(study, "measure", by_noise)
+    monkeypatch.setattr(chance, "measure", by_noise)
+    nav2, out = tmp_path / "mine.yaml", tmp_path / "out"
+    nav2.write_text(FILE)
+    arguments = ["--nav2", str(nav2), "--map", WARD, "--goals", "1", "--out", str(out)]
+    arguments += ["--parameter", "lookahead_dist=0.3:1.2", "--configurations", "12", "--jobs", "1"]
+    arguments += ["--objectives", "time,clearance", "--pairs", "6", "--fresh", "4", "--front", "1"]
+    assert command.main(arguments) == 0
+    told = (
+        "The lidar of wheelchair has no noise: tune drives with 0.01 m (lidar.range_std_m, as "
+        "turtlebot4 has), so that trials of other seeds differ."
+    )
+    printed = capsys.readouterr().out
+    assert printed.index(told) < printed.index("At most ")
+    result = json.loads((out / "tuning.json").read_text())
+    assert result["task"]["parameters"]["lidar.range_std_m"] == 0.01
+    assert "The lidar of wheelchair has no noise" in (out / "tuning.html").read_text()
+    patch = (out / "front" / "mine_tuned_1.patch").read_text()
+    assert "# driven with noise of 0.01 m on a lidar that has none" in patch
+    # The same command goes on.
+    assert command.main(arguments) == 0
+    assert told in capsys.readouterr().out
 
 
 def test_a_patch_of_a_file_without_an_end_of_line_says_so(tmp_path):
