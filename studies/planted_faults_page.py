@@ -84,10 +84,11 @@ one touch more in 34 trials, none more than with the good file; the spoilt robot
 far""",
 }
 MENDED = """\
-The misses of 2040 taught three mends, which 2041 judges: a symptom counts as taken away if no pair
-shows it any more, a change with which no drive begins is no cure, and no radius below the robot's
-body is tried. The two `resolution` and the two `failure_tolerance`, visited again, have the right
-first cause and change."""
+The misses of 2040 taught three mends before 2041: a symptom counts as taken away if no pair shows
+it any more, a change with which no drive begins is no cure, and no radius below the robot's body is
+tried. The two `resolution` and the two `failure_tolerance`, visited again, have the right first
+cause and change. 2041 hardly tests the mends: none of its visits has the complaint
+`corner_cutting`, none spoils `failure_tolerance`."""
 EARLIER = """\
 ### Earlier draws
 
