@@ -87,8 +87,8 @@ MENDED = """\
 The misses of 2040 taught three mends before 2041: a symptom counts as taken away if no pair shows
 it any more, a change with which no drive begins is no cure, and no radius below the robot's body is
 tried. The two `resolution` and the two `failure_tolerance`, visited again, have the right first
-cause and change. 2041 hardly tests the mends: none of its visits has the complaint
-`corner_cutting`, none spoils `failure_tolerance`."""
+cause and change. 2041 has no visit like these four: none has the complaint `corner_cutting`, none
+a spoilt `failure_tolerance`."""
 EARLIER = """\
 ### Earlier draws
 
