@@ -164,7 +164,7 @@ def _screened(done: Mapping[str, Any], controller: str, seed: int) -> list[Param
 
 
 def _told(parameter: Parameter) -> tuple[str, bool]:
-    """Returns what tells a fault from others: a place and a direction, a switch having but one."""
+    """Returns place and direction, by which faults are told apart; a switch has one direction."""
     place, value, is_up = parameter
     return place, is_up or isinstance(value, bool)
 
