@@ -137,6 +137,14 @@ def is_missed(entry: Mapping[str, Any]) -> bool:
     return not entry["first"] or not entry["gone"] or bool(entry.get("worse"))
 
 
+def _time_of_day(text: str) -> str:
+    """Returns a time of the day, 'HH:MM'; raises ArgumentTypeError where a text is none."""
+    try:
+        return f"{datetime.strptime(text, '%H:%M'):%H:%M}"
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"got {text!r}, expected a time such as 09:30") from None
+
+
 def _is_over(until: str) -> bool:
     return datetime.now(UTC).strftime("%H:%M") >= until
 
@@ -323,7 +331,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Planted faults that do harm.")
     parser.add_argument("step", choices=("drive", "again", "sound"))
     parser.add_argument("folder", type=Path, help="for files and trials")
-    parser.add_argument("--until", default="24:00", help="no turn begins after it, UTC")
+    parser.add_argument(
+        "--until", type=_time_of_day, default="23:59", help="no turn begins after it, UTC"
+    )
     arguments = parser.parse_args()
     if arguments.step == "drive":
         drive(arguments.folder, arguments.until)

@@ -308,6 +308,9 @@ def main() -> None:
     arguments = parser.parse_args()
     if sum((arguments.file is not None, arguments.judge is not None, arguments.safety > 0)) != 1:
         parser.error("expected one of FILE, --judge FILE and --safety N")
+    missing = [path for path in arguments.judge or () if not path.is_file()]
+    if missing:
+        parser.error(f"--judge {missing[0]}: no such file")
     if arguments.safety:
         safety(arguments.safety)
     elif arguments.judge is not None:

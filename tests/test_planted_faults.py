@@ -126,3 +126,10 @@ def test_every_missed_goal_has_its_reason_on_the_page(study):
     drawn = {key: e for key, e in study.read_entries().items() if page.draw_of(key)}
     missed = {key for key, e in drawn.items() if "first" in e and study.is_missed(e)}
     assert missed == page.REASONS.keys()
+
+
+def test_a_time_that_no_clock_shows_is_one_line(study, monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["harmful_faults.py", "drive", "folder", "--until", "99:99"])
+    with pytest.raises(SystemExit, match="2"):
+        study.main()
+    assert "got '99:99', expected a time such as 09:30" in capsys.readouterr().err

@@ -90,3 +90,10 @@ def test_every_part_is_found_where_it_is_replaced(ablations):
         with part.off():
             pass
         assert before == [getattr(owner, name) for owner, name, _ in part.replaced]
+
+
+def test_a_missing_file_of_rows_is_one_line(ablations, monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["harmony_ablations.py", "--judge", "nowhere.csv"])
+    with pytest.raises(SystemExit, match="2"):
+        ablations.main()
+    assert "--judge nowhere.csv: no such file" in capsys.readouterr().err
