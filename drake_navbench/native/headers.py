@@ -114,7 +114,8 @@ def message_header(package: str, path: Path) -> str:
             continue
         size = (found["array"] or "").strip("[]")
         if found["array"] is None:
-            default = cpp_text(unquoted(rest)) if rest and kind == "std::string" else rest
+            is_text = rest and kind == "std::string"
+            default = cpp_text(unquoted(rest)) if is_text else rest.lower()
         else:
             default = ""
             fixed = size.isdecimal()
@@ -152,11 +153,12 @@ def _included(packages: Iterable[Package]) -> Iterator[str]:
 
 
 def _lines(text: str) -> Iterator[str]:
+    """Yields the lines of a message definition without comments; no empty ones."""
     for line in text.splitlines():
-        # A constant's text may contain a hash.
-        line = line if '"' in line or "'" in line else line.partition("#")[0]
-        if line.strip() and not line.strip().startswith("#"):
-            yield line.strip()
+        # As ROS 2 does, also within quotation marks.
+        line = line.partition("#")[0].strip()
+        if line:
+            yield line
 
 
 def _type_of(text: str, package: str) -> tuple[str, str]:

@@ -231,6 +231,24 @@ def test_a_message_of_the_checkout_becomes_a_struct(copied):
         assert line in text
 
 
+def test_a_comment_with_an_apostrophe_is_no_part_of_a_message(tmp_path):
+    message = tmp_path / "Wheel.msg"
+    message.write_text(
+        "float64 radius  # the wheel's, m\n"
+        "uint8 LEFT=1 # the driver's left\n"
+        "string NAME='left'  # don't translate\n"
+        "bool is_driven True\n"
+    )
+    text = message_header("tiny_msgs", message)
+    for line in (
+        "double radius{};",
+        "static constexpr std::uint8_t LEFT = 1;",
+        'inline static const std::string NAME = "left";',
+        "bool is_driven{true};",
+    ):
+        assert line in text
+
+
 def test_the_command_builds_and_says_what_there_is(tiny, copied, capsys):
     assert main(["nav2-build", str(copied), "--as", "mine"]) == 0
     shown = capsys.readouterr().out
