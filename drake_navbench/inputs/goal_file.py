@@ -54,7 +54,7 @@ PARAMETERS = "ros__parameters"
 FRAMES = re.compile(r"(?:^|_)frame(?:_?id)?$")
 STARTS = ("start", "start_pose", "initial_pose", "init_pose", "initialpose")
 OWN_NAMES = ("name", "id", "label", "location_name", "idx")
-# More than a turn: headings in degrees, rad.
+# A heading beyond this, rad, shows that the file's headings are in degrees.
 MOST_RAD = 2.0 * math.pi + 0.1
 # Names of files, and of folders of Open-RMF's graphs, that may hold goals, and the most bytes.
 FILE_NAMES = re.compile(
@@ -297,11 +297,20 @@ def _plain(value: Any, where: str, label: str) -> list[Place]:
     found: list[Place] = []
     for here, name, one in entries:
         if not is_numbers(one):
+            if isinstance(value, list):
+                _require_finite(one, here)
             found += _plain(one, here, name or label)
         elif isinstance(value, list) or is_alike:
             pose = pose_of_numbers(one, here, has_quaternions=has_quaternions)
             found.append(Place(name or here.rpartition(": ")[2], pose))
     return found
+
+
+def _require_finite(value: Any, where: str) -> None:
+    """Raises InputError for a list with a number that is NaN or infinite."""
+    numbers = [n for n in value if isinstance(n, float)] if isinstance(value, list) else []
+    if not all(map(math.isfinite, numbers)):
+        raise InputError(f"{where}: got {value}; expected finite numbers, in m and rad")
 
 
 def _from_arrays(value: Mapping[Any, Any], where: str) -> list[Place]:
@@ -326,15 +335,18 @@ def _from_arrays(value: Mapping[Any, Any], where: str) -> list[Place]:
 def _in_named_order(
     top: Mapping[Any, Any], places: Sequence[Place]
 ) -> tuple[list[Place], list[str]]:
-    """Returns places in the order of a list of their names, and a line on those it leaves out."""
+    """Returns places in the order of a list of their names, and lines on what differs in it."""
     by_name = {name: place for place in places for name in (place.key, place.name)}
     for key, value in top.items():
         if isinstance(value, list) and len(value) > 1 and all(isinstance(v, str) for v in value):
             known = [by_name[name] for name in value if name in by_name]
             if 2 * len(known) >= len(value):
                 left = len({*places} - {*known})
-                told = _taken(len(known), len(known) + left, f"that {key} lists")
-                return known, [told] if left else []
+                told = [_taken(len(known), len(known) + left, f"that {key} lists")] if left else []
+                unknown = [name for name in value if name not in by_name]
+                if unknown:
+                    told.append(f"{key} lists {', '.join(unknown)}; no place is called so")
+                return known, told
     return [*places], []
 
 
@@ -343,8 +355,10 @@ def _in_radians(found: GoalFile) -> GoalFile:
     told = [*found.told]
     places, start = found.places, found.start
     yaws = [p.pose.yaw for p in places if p.pose.yaw is not None]
-    if any(abs(yaw) > MOST_RAD for yaw in yaws):
-        told.append(f"{found.path}: headings of up to {max(map(abs, yaws)):g} are taken as degrees")
+    begun = [] if start is None or start.yaw is None else [start.yaw]
+    most = max(map(abs, [*yaws, *begun]), default=0.0)
+    if most > MOST_RAD:
+        told.append(f"{found.path}: headings of up to {most:g} are taken as degrees")
         places = tuple(place._replace(pose=_turned(place.pose)) for place in places)
         start = None if start is None else _turned(start)
     if len(yaws) < len(places):

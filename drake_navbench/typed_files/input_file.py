@@ -15,6 +15,8 @@ MEGABYTE = 2**20
 LFS_POINTER = b"version https://git-lfs"
 POINTER = "a pointer of Git LFS, not the file; run git lfs pull"
 UTF_16 = (b"\xff\xfe", b"\xfe\xff")
+# The mark with which editors on Windows begin a text in UTF-8.
+UTF_8_MARK = b"\xef\xbb\xbf"
 NOT_UTF_8 = "not UTF-8 text, found UTF-16; save it as UTF-8"
 # The first bytes of ZIP and gzip.
 ARCHIVES = (b"PK\x03\x04", b"\x1f\x8b")
@@ -100,7 +102,7 @@ def _opened_at_once(path: str, flags: int) -> int:
 
 def read_input_text(path: Path, *, max_bytes: int) -> str:
     """Returns a regular file's text; raises InputError as `read_input`, or if it is not UTF-8."""
-    content = read_input(path, max_bytes=max_bytes)
+    content = read_input(path, max_bytes=max_bytes).removeprefix(UTF_8_MARK)
     try:
         return content.decode()
     except UnicodeDecodeError as error:

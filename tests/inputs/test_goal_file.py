@@ -90,6 +90,28 @@ def test_places_left_out_and_headings_in_degrees_are_told(tmp_path):
     assert told == (f"{tmp_path}/half_turns.csv: headings of up to 90 are taken as degrees",)
 
 
+def test_the_start_alone_tells_that_headings_are_in_degrees(tmp_path):
+    text = "initial_pose: {x: 0, y: 0, yaw: 90}\ngoals: [[1, 2], [3, 4]]"
+    found = read(tmp_path, "start.yaml", text)
+    assert found.start is not None and found.start.yaw == pytest.approx(HALF)
+    assert found.told[0].endswith("start.yaml: headings of up to 90 are taken as degrees")
+
+
+def test_a_listed_name_that_no_place_has_is_told(tmp_path):
+    text = "order: [A, B, kichen]\nplaces: {B: {x: 3, y: 4, h: 0}, A: {x: 1, y: 2, h: 0}}"
+    found = read(tmp_path, "order.yaml", text)
+    assert [place.name for place in found.places] == ["A", "B"]
+    assert found.told == (f"{tmp_path}/order.yaml: order lists kichen; no place is called so",)
+
+
+@pytest.mark.parametrize("name", ["plain.csv", "names.csv", "lists.json", "waypoints.yaml"])
+def test_a_mark_of_utf_8_and_windows_lines_change_nothing(tmp_path, name):
+    path = tmp_path / name
+    path.write_bytes(b"\xef\xbb\xbf" + NAMED[name].replace("\n", "\r\n").encode())
+    marked = read_goal_file(path).places
+    assert marked == read(tmp_path, name, NAMED[name]).places
+
+
 # One second of arc is 1/3600 degree: on the equator 30.92 m to the east and 30.715 to the north.
 SECOND = 1.0 / 3600.0
 ON_EARTH = {
@@ -166,6 +188,10 @@ REFUSED = {
         "text.yaml: waypoints[1].x: got 'left'; expected a number, in m",
     ),
     "nan.yaml": ("goals: {A: {x: .nan, y: 2}}", "nan.yaml: goals.A.x: got nan; expected a number"),
+    "nan.json": (
+        '{"goals": [[1, NaN], [3, 4]]}',
+        "nan.json: goals[0]: got [1, nan]; expected finite numbers",
+    ),
     "far.yaml": ("goals: [[4e5, 5e6]]", "far.yaml: goals[0]: x 400000, y 5000000; expected m"),
     "flat.yaml": ("goals: [1, 2, 3, 4]", "flat.yaml: goals: a list of 4 numbers; expected a list"),
     "arm.yaml": ("A: [0, 0, 1, 0, 1, 0, 0]\nB: [0, 0, 1, 0, 1, 0, 0]", "arm.yaml: A: a quaternion"),
