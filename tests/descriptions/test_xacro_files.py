@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import resource
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -89,6 +90,22 @@ def test_a_mesh_of_a_gazebo_model_is_searched_by_the_models_name(tmp_path):
     mesh = collision('<mesh filename="model://gone/hull.stl"/>')
     path.write_text(XACRO.replace('<link name="laser"/>', f'<link name="laser">{mesh}</link>'))
     assert "left out model://gone/hull.stl" in " ".join(rows(path, Status.STAND_IN))
+
+
+def test_a_folder_closed_by_another_user_hides_no_package_beside_it(tmp_path, monkeypatch):
+    for name in ("cart", "closed"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "cart" / "package.xml").write_text("<package><name>cart</name></package>")
+
+    def refused_in_closed(path, *, follow_symlinks=True):
+        if path.parent.name == "closed":
+            raise PermissionError(13, "Permission denied", str(path))
+        return os.stat(path, follow_symlinks=follow_symlinks)
+
+    monkeypatch.setattr(Path, "stat", refused_in_closed)
+    packages = Packages(tmp_path / "cart" / "cart.urdf", [tmp_path])
+    assert packages.folder("cart") == tmp_path / "cart"
+    assert packages.model("cone") is None
 
 
 def test_a_file_of_a_folder_without_model_config_is_found_by_a_model_s_name(tmp_path):

@@ -213,7 +213,7 @@ def models_below(root: Path) -> dict[str, Path]:
     """Returns the folders with a model.config below a folder, by name and by name in lower case."""
     found: dict[str, Path] = {}
     for folder in _folders(root):
-        if (folder / MODEL_FILE).is_file():
+        if _is_file(folder / MODEL_FILE):
             name = folder.parent.name if VERSION.fullmatch(folder.name) else folder.name
             found.setdefault(name, folder)
             found.setdefault(name.lower(), folder)
@@ -283,8 +283,8 @@ def _is_broken(link: Path) -> bool:
         return True
 
 
-def _is_file(entry: os.DirEntry[str]) -> bool:
-    """Tells whether an entry is a file; a link in a loop of links is none."""
+def _is_file(entry: os.DirEntry[str] | Path) -> bool:
+    """Tells whether an entry is a file; a link in a loop, or one in a closed folder, is none."""
     try:
         return entry.is_file()
     except OSError:
@@ -318,7 +318,8 @@ def _package_nearby(name: str, start: Path) -> Path | None:
 
 
 def _is_package(folder: Path, name: str) -> bool:
-    if not folder.is_dir():
-        return False
     file = folder / PACKAGE_FILE
-    return _name_in(file) == name if file.is_file() else folder.name == name
+    if _is_file(file):
+        return _name_in(file) == name
+    # False, too, for a folder in another user's closed one, where `Path.is_dir` raises an error.
+    return folder.name == name and os.path.isdir(folder)
