@@ -300,6 +300,14 @@ def test_other_topics_can_be_named_and_left_out(make, robot_file, tmp_path):
     assert log.scans == ()
 
 
+def test_a_simulators_odometry_may_be_the_truth_as_well(bag, robot_file):
+    request = ImportRequest(robot=str(robot_file), topics={"truth": "/odom"})
+    (log,) = read_recording(bag, request).logs
+    # Without it the pose is that of the localisation, from (1, 2) to (1, 4).
+    assert log.samples["x_m"].iloc[[0, -1]].to_list() == pytest.approx([0.0, LENGTH_M], abs=0.01)
+    assert log.samples["estimated_y_m"].iloc[-1] == pytest.approx(2.0 + LENGTH_M, abs=0.01)
+
+
 def test_one_robot_of_two_is_chosen_by_its_namespace(make, robot_file, tmp_path):
     shared = ("/tf", "/tf_static")
     entries = [

@@ -156,23 +156,17 @@ def read_columns(
     source: BagSource, topics: Mapping[str, str], start_ns: int | None, end_ns: int | None
 ) -> dict[str, Column]:
     """Returns role -> messages received in [start, end) ns; latched roles from the beginning on."""
-    role_of = {topic: role for role, topic in topics.items()}
     kept: dict[str, list[tuple[int, int, Any]]] = {role: [] for role in topics}
     unusable = dict.fromkeys(topics, 0)
-    latched = {topic for topic, role in role_of.items() if role in LATCHED_ROLES}
-    for names, begin in ((latched, None), (set(role_of) - latched, start_ns)):
-        for topic, receive_ns, message in source.read(names, begin, end_ns):
-            role = role_of[topic]
-            try:
-                decoded = DECODERS[role](message)
-                usable = [entry for entry in decoded if is_usable(entry[1])]
-                unusable[role] += len(decoded) - len(usable)
+    latched = {role: topic for role, topic in topics.items() if role in LATCHED_ROLES}
+    others = {role: topic for role, topic in topics.items() if role not in LATCHED_ROLES}
+    for part, begin in ((latched, None), (others, start_ns)):
+        # A topic may have several roles, such as a simulator's odometry, which is the truth, too.
+        for topic, receive_ns, message in source.read(set(part.values()), begin, end_ns):
+            for role in (role for role, name in part.items() if name == topic):
+                usable, left_out = _decoded(source, topic, role, message)
                 kept[role] += [(receive_ns, *entry) for entry in usable]
-            except (AttributeError, TypeError, ValueError, IndexError) as error:
-                raise InputError(
-                    f"{source.path}: {topic} ({role}): a message of {source.topics[topic]} "
-                    f"lacks an expected field: {error}"
-                ) from error
+                unusable[role] += left_out
     columns = {}
     for role, rows in kept.items():
         rows.sort(key=lambda row: row[0])
@@ -180,3 +174,21 @@ def read_columns(
         stamps = np.array([row[1] for row in rows], dtype=np.int64)
         columns[role] = Column(received, stamps, [row[2] for row in rows], unusable[role])
     return columns
+
+
+def _decoded(
+    source: BagSource, topic: str, role: str, message: Any
+) -> tuple[list[tuple[int, Any]], int]:
+    """Returns stamps, ns, with the usable values in a message, and the number of other values.
+
+    Raises InputError where a field is missing.
+    """
+    try:
+        decoded = DECODERS[role](message)
+        usable = [entry for entry in decoded if is_usable(entry[1])]
+    except (AttributeError, TypeError, ValueError, IndexError) as error:
+        raise InputError(
+            f"{source.path}: {topic} ({role}): a message of {source.topics[topic]} "
+            f"lacks an expected field: {error}"
+        ) from error
+    return usable, len(decoded) - len(usable)
