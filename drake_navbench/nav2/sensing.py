@@ -7,13 +7,12 @@ spatio_temporal_voxel_layer, branch ros2.
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from drake_navbench.inputs.check import Status
 from drake_navbench.kernels.voxel_layer import MAX_VOXELS
 from drake_navbench.nav2.node_reader import NodeReader
-from drake_navbench.nav2.sensors import Nav2Sensors, Sight
+from drake_navbench.nav2.sensors import Nav2Sensors, Sight, is_full_turn
 from drake_navbench.navigation.costmaps.layer_plugin import COSTMAP_LAYERS
 from drake_navbench.navigation.costmaps.observation_layers import (
     SensingParameters,
@@ -145,7 +144,7 @@ class SensingLayers:
         different = list(dict.fromkeys(topics.values()))
         if len(different) == self._scanner_count and self._scanner_count > 1:
             return {s: {"scanner": different.index(topics[s]) + 1} for s in scans}
-        sees_all = math.isclose(self._sensors.lidar.angle_span_rad, 2.0 * math.pi)
+        sees_all = is_full_turn(self._sensors.lidar.angle_span_rad)
         for source in scans:
             if topics[source] == different[0]:
                 continue

@@ -171,8 +171,13 @@ def _is_lidar(names: str) -> bool:
     return bool(LIDAR_NAMES.search(names)) and not CAMERA_NAMES.search(names)
 
 
+def is_full_turn(span_rad: float) -> bool:
+    """Tells whether a field of view is a whole turn: 6.28, and all beams but the last gap, are."""
+    return math.isclose(span_rad, 2.0 * math.pi, abs_tol=0.02)
+
+
 def _is_around(sensor: DepthSensorSettings) -> bool:
-    return math.isclose(sensor.horizontal_fov_rad, 2.0 * math.pi, abs_tol=0.02)
+    return is_full_turn(sensor.horizontal_fov_rad)
 
 
 def _heading(names: str) -> float:

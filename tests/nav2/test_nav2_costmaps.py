@@ -91,8 +91,13 @@ TWO_SCANS = (
 )
 
 
-def test_a_lidar_that_sees_all_around_is_every_scanner(setup_of):
-    setup = setup_of(COLUMN, LOCAL % (SEEING % ("nav2_costmap_2d::ObstacleLayer", TWO_SCANS)))
+@pytest.mark.parametrize("span_rad", ["6.28", "6.283185307179586"])
+def test_a_lidar_that_sees_all_around_is_every_scanner(setup_of, tmp_path, span_rad):
+    robot = tmp_path / "round.yaml"
+    lidar = f"lidar: {{angle_span_rad: {span_rad}}}"
+    robot.write_text(f"description: r\nrobot_radius: 0.2\n{lidar}\n")
+    text = LOCAL % (SEEING % ("nav2_costmap_2d::ObstacleLayer", TWO_SCANS))
+    setup = setup_of(COLUMN, text, base=str(robot))
     sources = setup.robot.navigation.local_costmap.plugin_blocks["obstacles"].observation_sources
     assert {name: source.scanner for name, source in sources.items()} == {"a": None, "b": None}
     assert (sources["b"].obstacle_max_range, sources["b"].clearing) == (1.0, False)
