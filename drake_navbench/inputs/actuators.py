@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from drake_navbench.typed_files.quantities import Angle, Length, Mass, Size, Speed
+from drake_navbench.typed_files.quantities import Angle, Force, Mass, Size, Speed
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 GRAVITY_MPS2 = 9.81
@@ -47,7 +47,7 @@ class ActuatorSettings(FrozenModel):
         le=1.0,
         description="Noise on each wheel's slip, standard deviation; drawn every 0.1 s.",
     )
-    force_n: Length | None = Field(
+    force_n: Force | None = Field(
         None,
         gt=0.0,
         description="Largest total force of the wheels [N]; null: mass_kg times the drive's limit "
@@ -72,9 +72,14 @@ class ActuatorSettings(FrozenModel):
     @property
     def touches_wheels(self) -> bool:
         """Whether the wheels' speeds can differ from those commanded."""
-        return (
-            any((self.deadband_mps, self.speed_step_mps, self.slip, self.slip_std))
-            or self.radius_difference != 0.0
+        return any(
+            (
+                self.deadband_mps,
+                self.speed_step_mps,
+                self.radius_difference,
+                self.slip,
+                self.slip_std,
+            )
         )
 
     @property

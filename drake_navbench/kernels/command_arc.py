@@ -33,8 +33,8 @@ def arc_period(circumscribed_radius, resolution, v, w):
 def project_arc(x, y, yaw, v, w, period, time_limit, distance_limit):
     """Returns (N, 3) the poses that a command (v, w) leads to, the present one first.
 
-    One pose each `period` s before `time_limit` s, up to the first that is farther than
-    `distance_limit` m from the start. Each step is straight, along the heading at its start.
+    One pose each `period` s until `time_limit` s, as long as they are within `distance_limit` m of
+    the start. Each step is straight, along the heading at its start.
     """
     arc = np.empty((2 + (int(time_limit / period) if period < time_limit else 0), 3))
     arc[0, 0], arc[0, 1], arc[0, 2] = x, y, yaw

@@ -154,7 +154,7 @@ def _area(corners):
 
 @njit(cache=True)
 def _is_near_triangle(corners, column, row, slack):
-    """Returns whether a cell lies within a triangle of cells (3, 2), or by `slack` beside it."""
+    """Tells whether a cell lies within a triangle of cells (3, 2), or by `slack` beside it."""
     for n in range(3):
         start, end = corners[(n + 1) % 3], corners[(n + 2) % 3]
         along = (end[0] - start[0]) * (row - start[1])

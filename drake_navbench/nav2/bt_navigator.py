@@ -23,6 +23,8 @@ Fields = dict[str, Any]
 # The parameter that names a tree's file -> the field for the tree. Then its names up to Foxy.
 TREE_FILE = "default_nav_to_pose_bt_xml"
 TREE_FILES = {TREE_FILE: "tree", "default_nav_through_poses_bt_xml": "through_poses_tree"}
+# The tolerance of the nodes GoalReached, m, which Nav2 copies to the node that ticks the tree.
+GOAL_TOLERANCE = "goal_reached_tol"
 OLD_TREE_FILES = ("default_bt_xml_filename", "bt_xml_filename")
 # Names of the default trees in Nav2's releases.
 DEFAULT_TREES = {
@@ -107,7 +109,18 @@ def _used(reader: NodeReader, name: str, tree: NodeDescription) -> Fields:
         remark = f"{file_name} is for the other navigator: no task {tasks} finds a plan"
         reader.note(Status.DOUBTFUL, name, remark)
     _note_absent_nodes(reader, name, tree)
+    if any(node.node == "GoalReached" for node in tree.iterate()) and reader.given(GOAL_TOLERANCE):
+        tree = _with_goal_tolerance(tree, reader.number(GOAL_TOLERANCE, 0.0))
     return {field: tree.model_dump(mode="json")}
+
+
+def _with_goal_tolerance(tree: NodeDescription, tolerance_m: float) -> NodeDescription:
+    """Returns a tree whose nodes GoalReached have the tolerance as an attribute."""
+    attributes = tree.attributes
+    if tree.node == "GoalReached":
+        attributes = attributes | {GOAL_TOLERANCE: str(tolerance_m)}
+    children = tuple(_with_goal_tolerance(child, tolerance_m) for child in tree.children)
+    return tree.model_copy(update={"attributes": attributes, "children": children})
 
 
 def _note_absent_nodes(reader: NodeReader, name: str, tree: NodeDescription) -> None:

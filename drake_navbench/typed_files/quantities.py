@@ -68,8 +68,9 @@ Speed = Annotated[float, Within(-1e2, 1e2)]
 AngularSpeed = Annotated[float, Within(-1e2, 1e2)]
 Acceleration = Annotated[float, Within(-1e3, 1e3)]
 AngularAcceleration = Annotated[float, Within(-1e3, 1e3)]
-# Masses: up to 1000 t.
+# Masses: up to 1000 t, and the forces that move them.
 Mass = Annotated[float, Within(0.0, 1e6)]
+Force = Annotated[float, Within(0.0, 1e7)]
 # Plain numbers: weights, costs, shares, factors.
 Number = Annotated[float, Within(-1e12, 1e12)]
 # Counts of samples, steps, cells, attempts; a negative one may mean any number. The bounds are

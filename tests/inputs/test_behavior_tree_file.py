@@ -263,6 +263,23 @@ def test_a_node_that_the_files_release_lacks_is_told(tmp_path, node, release, to
     assert setup.robot.navigation.behavior_tree.tree.name == "Drive"
 
 
+@pytest.mark.parametrize(
+    ("node", "found", "status"),
+    [("", [], Status.NO_MEANING), ('<GoalReached goal="{goal}"/>', ["0.6"], Status.USED)],
+)
+def test_the_navigators_tolerance_is_that_of_goal_reached(tmp_path, node, found, status):
+    text = PLAIN.replace("<RoundRobin>", f"<ReactiveFallback>{node}<RoundRobin>")
+    write(tmp_path, text.replace("</RoundRobin>", "</RoundRobin></ReactiveFallback>"))
+    own = tmp_path / "nav2.yaml"
+    parameters = "{default_nav_to_pose_bt_xml: drive.xml, goal_reached_tol: 0.6}"
+    own.write_text(f"bt_navigator: {{ros__parameters: {parameters}}}\n")
+    setup = read_nav2_files([JAZZY, own], load_robot("wheelchair"), "wheelchair")
+    nodes = setup.robot.navigation.behavior_tree.tree.iterate()
+    tolerances = [one.attributes["goal_reached_tol"] for one in nodes if one.node == "GoalReached"]
+    (row,) = (row for row in setup.check.rows if row.parameter == "goal_reached_tol")
+    assert (tolerances, row.status) == (found, status)
+
+
 SMOOTHING = """<root main_tree_to_execute="Main">
   <BehaviorTree ID="Main">
     <PipelineSequence>

@@ -93,7 +93,7 @@ def test_places_left_out_and_headings_in_degrees_are_told(tmp_path):
 def test_the_start_alone_tells_that_headings_are_in_degrees(tmp_path):
     text = "initial_pose: {x: 0, y: 0, yaw: 90}\ngoals: [[1, 2], [3, 4]]"
     found = read(tmp_path, "start.yaml", text)
-    assert found.start is not None and found.start.yaw == pytest.approx(HALF)
+    assert found.start == (0.0, 0.0, pytest.approx(HALF), False)
     assert found.told[0].endswith("start.yaml: headings of up to 90 are taken as degrees")
 
 

@@ -10,7 +10,7 @@ from shapely.geometry.base import BaseGeometry
 
 from drake_navbench.kernels.arrays import Array
 
-# A surface without volume still stops a beam: it counts as this thick, m.
+# A surface without volume still stops a beam: it counts as thick, by this to either side, m.
 HALF_THICKNESS_M = 0.005
 # Corners within this of a straight edge are left out, m.
 TOLERANCE_M = 0.003

@@ -265,7 +265,7 @@ def forget_folders() -> None:
 
 
 def broken_links_below(root: Path) -> list[Path]:
-    """Returns the links to what is not there in a folder and those below it."""
+    """Returns the broken links in a folder and those below it."""
     found = []
     for folder in _folders(root):
         try:
@@ -276,7 +276,7 @@ def broken_links_below(root: Path) -> list[Path]:
 
 
 def _is_broken(link: Path) -> bool:
-    """Tells whether a link leads to nothing; a loop of links does."""
+    """Tells whether a link leads to no file; one in a loop of links does not."""
     try:
         return not link.exists()
     except OSError:

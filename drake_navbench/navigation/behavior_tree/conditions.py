@@ -12,12 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from py_trees.common import Status
 
-from drake_navbench.navigation.behavior_tree.board import GOAL, PATH, Board
+from drake_navbench.navigation.behavior_tree.board import PATH, Board
 from drake_navbench.navigation.behavior_tree.leaves import Leaf
 from drake_navbench.navigation.behavior_tree.tree_node import NANOSECOND_DIGITS, TreeNode
-
-# Nav2's `goal_reached_tol`, m.
-GOAL_TOLERANCE_M = 0.25
 
 
 class AlwaysEnds(TreeNode):
@@ -130,18 +127,19 @@ class ArePosesNear(Leaf):
 
 
 class GoalReached(Leaf):
-    """Success where the robot is within 0.25 m of the goal, a pose by its name on the board."""
+    """Success where the robot is within a distance of the goal, a pose by its name on the board."""
 
-    def __init__(self, name: str, board: Board, *, goal: str = GOAL) -> None:
+    def __init__(self, name: str, board: Board, *, goal: str, tolerance_m: float) -> None:
         super().__init__(name, board)
         self._goal = goal
+        self._tolerance_m = tolerance_m
 
     def update(self) -> Status:
         """Tells whether the robot is near enough to the goal; not before the goal is written."""
         goal = self.board.pose(self._goal)
         if goal is None:
             return Status.FAILURE
-        is_near = math.dist(goal[:2], self.board.inputs.pose[:2]) <= GOAL_TOLERANCE_M
+        is_near = math.dist(goal[:2], self.board.inputs.pose[:2]) <= self._tolerance_m
         return Status.SUCCESS if is_near else Status.FAILURE
 
 

@@ -8,9 +8,9 @@ from pydantic import Field
 
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
+# Nav2's navigators: the one drives to a goal, the other through several poses by one plan.
 NAVIGATE_TO_POSE = "navigate_to_pose"
 NAVIGATE_THROUGH_POSES = "navigate_through_poses"
-"""Nav2's navigators: the one drives to a goal, the other through several poses by one plan."""
 
 
 class NodeDescription(FrozenModel):

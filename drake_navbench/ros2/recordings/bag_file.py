@@ -24,8 +24,8 @@ METADATA_VERSION: Final = 9
 def write_bag(path: Path, messages: Iterable[Message]) -> None:
     """Writes a bag folder, whole or not at all; an existing bag is replaced.
 
-    messages: in any order. Raises CannotBeWritten where the folder
-    cannot be written, InputError where something else than a bag has its path.
+    messages: in any order. Raises CannotBeWritten where the folder cannot be written, InputError
+    where something else than a bag has its path.
     """
     require_rosbags()
     if path.exists() and not (path / "metadata.yaml").is_file():

@@ -11,7 +11,7 @@ from py_trees.common import Status
 from scenes import straight_plan
 from test_control_nodes import Script, ticked
 
-from drake_navbench.navigation.behavior_tree.board import Board, TickInputs
+from drake_navbench.navigation.behavior_tree.board import GOAL, Board, TickInputs
 from drake_navbench.navigation.behavior_tree.builder import build_tree
 from drake_navbench.navigation.behavior_tree.conditions import (
     AlwaysEnds,
@@ -241,9 +241,9 @@ def test_a_distance_is_travelled_as_the_crow_flies():
     assert [at(shared, node, x=x) for x in (5.0, 5.9, 6.0, 5.1, 5.0)] == list("FFSFS")
 
 
-def test_the_goal_is_reached_within_a_quarter_of_a_metre():
+def test_the_goal_is_reached_within_the_tolerance():
     shared = board()
-    node = GoalReached("n", shared)
+    node = GoalReached("n", shared, goal=GOAL, tolerance_m=0.25)
     assert [at(shared, node, x=x) for x in (5.7, 5.75)] == list("FS")
 
 
