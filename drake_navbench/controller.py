@@ -200,6 +200,17 @@ class NoValidControl(ControllerError):
 class CollisionAhead(NoValidControl):
     """The command that the controller wants would collide."""
 
+    @classmethod
+    def on_arc(cls, index: int, period_s: float, v: float, w: float, memory: Any) -> CollisionAhead:
+        """Returns the error of a command v m/s, w rad/s, whose pose number `index` collides."""
+        # At rest the period is infinite, and the collision is at the present pose.
+        time_s = index * period_s if index > 0 else 0.0
+        return cls(
+            f"collision ahead in {time_s:.2f} s with v {v:.3f} m/s, w {w:.3f} rad/s",
+            details={"time_to_collision_s": time_s, "v_mps": v, "w_radps": w},
+            memory=memory,
+        )
+
 
 class AskedSpeeds(NamedTuple):
     """The speeds at which a controller's parameters need the base to drive; None: no demand.

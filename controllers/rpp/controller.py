@@ -163,10 +163,8 @@ class RegulatedPurePursuit:
             )
         has_stopped = memory.has_stopped or command.has_stopped
         if cycle.collision != NO_COLLISION:
-            raise self._collision_ahead(
-                cycle,
-                memory._replace(is_cancelling=is_cancelling, has_stopped=has_stopped),
-            )
+            memory = memory._replace(is_cancelling=is_cancelling, has_stopped=has_stopped)
+            raise CollisionAhead.on_arc(cycle.collision, cycle.period, command.v, command.w, memory)
         chosen = np.array([command.v, command.w])
         chosen.flags.writeable = False
         return Decision(
@@ -217,17 +215,6 @@ class RegulatedPurePursuit:
             raise InvalidPath(
                 "plan: got one pose, expected two or more (interpolate_curvature_after_goal)"
             )
-
-    @staticmethod
-    def _collision_ahead(cycle: Cycle, memory: RppMemory) -> CollisionAhead:
-        # At rest the period is infinite, and the collision is at the present pose.
-        time_to_collision_s = cycle.collision * cycle.period if cycle.collision > 0 else 0.0
-        v, w = cycle.command.v, cycle.command.w
-        return CollisionAhead(
-            f"collision ahead in {time_to_collision_s:.2f} s with v {v:.3f} m/s, w {w:.3f} rad/s",
-            details={"time_to_collision_s": time_to_collision_s, "v_mps": v, "w_radps": w},
-            memory=memory,
-        )
 
     def _diagnostics(
         self, cycle: Cycle, observation: Observation, has_stopped: bool

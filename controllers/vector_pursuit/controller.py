@@ -133,7 +133,7 @@ class VectorPursuit:
                 memory=memory,
             )
         if cycle.collision != NO_COLLISION:
-            raise self._collision_ahead(cycle, memory)
+            raise CollisionAhead.on_arc(cycle.collision, cycle.period, command.v, command.w, memory)
         if not math.isfinite(command.w):
             text = f"turn rate: got {command.w} at a radius of {command.radius} m"
             raise NoValidControl(text, memory=memory)
@@ -194,17 +194,6 @@ class VectorPursuit:
         if count == 1 and not self._parameters.use_heading_from_path:
             text = "plan: got one pose, expected two or more (use_heading_from_path)"
             raise InvalidPath(text, memory=memory)
-
-    @staticmethod
-    def _collision_ahead(cycle: Cycle, memory: VectorPursuitMemory) -> CollisionAhead:
-        # At rest the period is infinite, and the collision is at the present pose.
-        time_to_collision_s = cycle.collision * cycle.period if cycle.collision > 0 else 0.0
-        v, w = cycle.command.v, cycle.command.w
-        return CollisionAhead(
-            f"collision ahead in {time_to_collision_s:.2f} s with v {v:.3f} m/s, w {w:.3f} rad/s",
-            details={"time_to_collision_s": time_to_collision_s, "v_mps": v, "w_radps": w},
-            memory=memory,
-        )
 
     def _diagnostics(self, cycle: Cycle, observation: Observation) -> dict[str, Any]:
         command = cycle.command
