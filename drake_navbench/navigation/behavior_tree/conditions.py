@@ -15,6 +15,7 @@ from py_trees.common import Status
 from drake_navbench.navigation.behavior_tree.board import PATH, Board
 from drake_navbench.navigation.behavior_tree.leaves import Leaf
 from drake_navbench.navigation.behavior_tree.tree_node import NANOSECOND_DIGITS, TreeNode
+from drake_navbench.navigation.goal_check import squared_distance
 
 
 class AlwaysEnds(TreeNode):
@@ -122,7 +123,7 @@ class ArePosesNear(Leaf):
         one, other = map(self.board.pose, self._poses)
         if one is None or other is None:
             return Status.FAILURE
-        is_near = math.dist(one[:2], other[:2]) <= self._tolerance_m
+        is_near = squared_distance(one, other) <= self._tolerance_m * self._tolerance_m
         return Status.SUCCESS if is_near else Status.FAILURE
 
 
@@ -139,7 +140,8 @@ class GoalReached(Leaf):
         goal = self.board.pose(self._goal)
         if goal is None:
             return Status.FAILURE
-        is_near = math.dist(goal[:2], self.board.inputs.pose[:2]) <= self._tolerance_m
+        distance_squared = squared_distance(goal, self.board.inputs.pose)
+        is_near = distance_squared <= self._tolerance_m * self._tolerance_m
         return Status.SUCCESS if is_near else Status.FAILURE
 
 

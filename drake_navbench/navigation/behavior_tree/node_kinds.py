@@ -271,7 +271,7 @@ def _follow(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> Tr
 
 def _goal_reached(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
     # In Nav2 a parameter of bt_navigator, which the reader of its file makes an attribute.
-    tolerance_m = abs(a.number("goal_reached_tol", 0.25))
+    tolerance_m = a.number("goal_reached_tol", 0.25)
     goal = a.source("goal", GOAL, is_needed=True)
     return GoalReached(name, board, goal=goal, tolerance_m=tolerance_m)
 

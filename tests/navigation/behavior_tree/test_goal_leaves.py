@@ -186,7 +186,12 @@ def test_the_robots_pose_and_a_pose_of_a_path_are_written_and_compared():
     assert tick(GetCurrentPose("n", shared, result="here")) is Status.SUCCESS
     first = GetPoseFromPath("n", shared, index=0, source="path", result="there")
     assert tick(first) is Status.SUCCESS
-    for tolerance_m, expected in ((0.6, Status.SUCCESS), (0.5, Status.FAILURE)):
+    # Nav2 compares squares.
+    for tolerance_m, expected in (
+        (0.6, Status.SUCCESS),
+        (-0.6, Status.SUCCESS),
+        (0.5, Status.FAILURE),
+    ):
         near = ArePosesNear("n", shared, poses=("here", "there"), tolerance_m=tolerance_m)
         assert tick(near) is expected
     last = GetPoseFromPath("n", shared, index=-1, source="path", result="there")
@@ -194,6 +199,16 @@ def test_the_robots_pose_and_a_pose_of_a_path_are_written_and_compared():
     assert shared.pose("there")[0] == 3.0
     unwritten = ArePosesNear("n", shared, poses=("here", "nowhere"), tolerance_m=9.0)
     assert tick(unwritten) is Status.FAILURE
+
+
+def test_poses_as_far_apart_as_the_tolerance_are_near_if_their_squares_say_so():
+    shared = board()
+    shared.write_pose("here", np.zeros(3))
+    # 0.20^2 + 0.21^2 is 0.29^2, but more by the last bit in double precision.
+    shared.write_pose("there", np.array([0.2, 0.21, 0.0]))
+    for tolerance_m, expected in ((0.29, Status.FAILURE), (0.2901, Status.SUCCESS)):
+        near = ArePosesNear("n", shared, poses=("here", "there"), tolerance_m=tolerance_m)
+        assert tick(near) is expected
 
 
 @pytest.mark.parametrize("index", [3, -4])
