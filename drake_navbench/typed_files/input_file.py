@@ -92,7 +92,8 @@ def read_head_text(path: Path) -> str:
 
     Bytes that are no UTF-8 are replaced, and lines end with a newline alone.
     """
-    return read_head(path, MEGABYTE).decode(errors="replace").replace("\r\n", "\n")
+    head = read_head(path, MEGABYTE).removeprefix(UTF_8_MARK)
+    return head.decode(errors="replace").replace("\r\n", "\n")
 
 
 def _opened_at_once(path: str, flags: int) -> int:

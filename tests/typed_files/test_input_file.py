@@ -7,7 +7,12 @@ from pathlib import Path
 import pytest
 
 from drake_navbench.errors import InputError
-from drake_navbench.typed_files.input_file import MEGABYTE, read_input, read_input_text
+from drake_navbench.typed_files.input_file import (
+    MEGABYTE,
+    read_head_text,
+    read_input,
+    read_input_text,
+)
 from drake_navbench.typed_files.typed_yaml import MAX_FILE_BYTES, read_yaml
 
 
@@ -74,6 +79,13 @@ def test_bytes_that_are_no_text_are_refused(tmp_path, content, told):
     (tmp_path / "a.yaml").write_bytes(content)
     with pytest.raises(InputError, match=rf"a\.yaml{told}$"):
         read_input_text(tmp_path / "a.yaml", max_bytes=100)
+
+
+def test_a_mark_of_utf_8_is_no_part_of_a_text(tmp_path):
+    path = tmp_path / "map.yaml"
+    path.write_bytes(b"\xef\xbb\xbfimage: a.pgm\r\n")
+    assert read_head_text(path) == "image: a.pgm\n"
+    assert read_input_text(path, max_bytes=100) == "image: a.pgm\r\n"
 
 
 def test_a_pointer_of_git_lfs_is_no_file(tmp_path):
