@@ -199,13 +199,15 @@ class SensingLayers:
     def _note_blindness(self, place: str, source: dict[str, Any], layer: SensingParameters) -> None:
         """Notes a scan that lies beyond the heights of its source or of the layer."""
         seeing = (ObservationSourceSettings(**source), layer)
-        is_seen = [s.min_obstacle_height <= self._height_m <= s.max_obstacle_height for s in seeing]
-        if not all(is_seen):
+        low_m = max(settings.min_obstacle_height for settings in seeing)
+        high_m = min(settings.max_obstacle_height for settings in seeing)
+        if not low_m <= self._height_m <= high_m:
+            bound = "min" if self._height_m < low_m else "max"
             remark = (
-                f"{LIDAR_HEIGHT}, {self._height_m:g} m, is outside of the obstacle heights: "
-                "this source sees nothing, as in Nav2"
+                f"{LIDAR_HEIGHT}, {self._height_m:g} m, is outside of the obstacle heights of "
+                f"source and layer, {low_m:g} to {high_m:g} m: this source sees nothing, as in Nav2"
             )
-            self._reader.note(Status.DOUBTFUL, f"{place}max_obstacle_height", remark)
+            self._reader.note(Status.DOUBTFUL, f"{place}{bound}_obstacle_height", remark)
         least_m, most_m = seeing[0].obstacle_min_range, seeing[0].obstacle_max_range
         if least_m >= most_m:
             remark = f"{least_m:g} m, not below obstacle_max_range, {most_m:g} m: nothing is marked"

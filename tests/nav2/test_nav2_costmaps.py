@@ -170,10 +170,18 @@ def test_a_layer_that_sees_nothing_in_nav2_sees_nothing_here(setup_of):
     assert "this source sees nothing, as in Nav2" in row.remark
 
 
-def test_a_scan_above_the_heights_of_its_layer_sees_nothing(setup_of):
-    scan = f"max_obstacle_height: -0.1, {SCAN}"
-    setup = setup_of(COLUMN, LOCAL % (SEEING % ("nav2_costmap_2d::ObstacleLayer", scan)))
-    assert row_of(setup, "obstacles.s.max_obstacle_height").status == Status.DOUBTFUL
+@pytest.mark.parametrize(
+    ("layer", "bound", "heights"),
+    [
+        ("max_obstacle_height: -0.1", "max", "0 to -0.1 m"),
+        ("min_obstacle_height: 0.3", "min", "0.3 to 2 m"),
+    ],
+)
+def test_a_scan_beyond_the_heights_of_its_layer_sees_nothing(setup_of, layer, bound, heights):
+    text = SEEING % ("nav2_costmap_2d::ObstacleLayer", f"{layer}, {SCAN}")
+    row = row_of(setup_of(COLUMN, LOCAL % text), f"obstacles.s.{bound}_obstacle_height")
+    assert row.status == Status.DOUBTFUL
+    assert f"0.2 m, is outside of the obstacle heights of source and layer, {heights}" in row.remark
 
 
 def test_a_spatio_temporal_layer_is_there_with_its_own_parameters(setup_of):
