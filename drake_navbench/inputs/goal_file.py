@@ -314,11 +314,11 @@ def _require_finite(value: Any, where: str) -> None:
 
 
 def _from_arrays(value: Mapping[Any, Any], where: str) -> list[Place]:
-    """Returns the places of two lists of numbers, such as waypoints_x and waypoints_y."""
+    """Returns the places of two lists of numbers, such as xs and ys, waypoints_x and waypoints_y."""
     for key, xs in value.items():
-        begin = str(key)[:-1]
-        ys = value.get(f"{begin}y") if str(key).endswith("x") else None
-        yaws = value.get(f"{begin}yaw", value.get(f"{begin}theta"))
+        begin, x, end = str(key).rpartition("x")
+        ys = value.get(f"{begin}y{end}") if x and end in ("", "s") else None
+        yaws = value.get(f"{begin}yaw{end}", value.get(f"{begin}theta{end}"))
         if not isinstance(xs, list) or not isinstance(ys, list) or len(xs) != len(ys):
             continue
         columns = [xs, ys, yaws] if isinstance(yaws, list) and len(yaws) == len(xs) else [xs, ys]

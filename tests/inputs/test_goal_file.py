@@ -56,6 +56,7 @@ UNNAMED = {
     "turns.yaml": "goals:\n- [1, 2, 0.7071, 0.7071]\n- [3, 4, 0.0, 1.0]",
     "poses.yaml": "poses:\n- [[1, 2, 0], [0, 0, 0.7071, 0.7071]]\n- [[3, 4, 0], [0, 0, 0, 1]]",
     "arrays.yaml": "waypoints_x: [1, 3]\nwaypoints_y: [2, 4]\nwaypoints_yaw: [1.5708, 0]",
+    "plural.yaml": "xs: [1, 3]\nys: [2, 4]\nyaws: [1.5708, 0]",
     "columns.csv": "# x_m, y_m, psi_rad\n1, 2, 1.5708\n3, 4, 0\n",
     "slashes.csv": "// x, y, yaw, on/off\n1, 2, 1.5708, on\n3, 4, 0, off\n",
     "blanks.txt": "1 2 1.5708\n3 4 0\n",
