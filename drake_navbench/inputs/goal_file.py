@@ -314,7 +314,7 @@ def _require_finite(value: Any, where: str) -> None:
 
 
 def _from_arrays(value: Mapping[Any, Any], where: str) -> list[Place]:
-    """Returns the places of two lists of numbers, such as xs and ys, waypoints_x and waypoints_y."""
+    """Returns the places of two lists of numbers, such as xs and ys, points_x and points_y."""
     for key, xs in value.items():
         begin, x, end = str(key).rpartition("x")
         ys = value.get(f"{begin}y{end}") if x and end in ("", "s") else None
