@@ -194,6 +194,24 @@ def test_a_link_with_an_inertia_that_no_body_has_is_refused(tmp_path):
     assert "link base_link: no body of 48 kg has the inertia 2.214, 28.8, 2.214 kg m^2" in line
 
 
+def test_a_link_with_a_negative_mass_is_refused(tmp_path):
+    sdf = WHEELCHAIR_SDF.read_text().replace("<mass>48</mass>", "<mass>-48</mass>")
+    line = refused(tmp_path, "model: chair.sdf\ndrive: {physics: multibody}", sdf=sdf)
+    assert line.endswith(
+        "link base_link: no body of -48 kg has the inertia 2.214, 2.88, 2.214 kg m^2"
+    )
+
+
+def test_a_link_may_be_called_as_a_joint_s_parent(tmp_path):
+    link = """<link name="left_caster_swivel_parent"/><joint name="mark" type="fixed">
+        <parent>base_link</parent><child>left_caster_swivel_parent</child></joint></model>"""
+    sdf = WHEELCHAIR_SDF.read_text().replace("</model>", link)
+    (tmp_path / "chair.sdf").write_text(sdf)
+    path = tmp_path / "chair.yaml"
+    path.write_text("description: chair\nlike: wheelchair_multibody\nmodel: chair.sdf\n")
+    assert len(load_robot(str(path)).running_gear("robot").casters) == 2
+
+
 def test_an_override_that_needs_wheels_is_refused_where_there_are_none():
     with pytest.raises(InputError, match=r"^--sweep: drive\.physics: multibody takes the wheels"):
         overridden(load_robot("turtlebot4"), {"drive": {"physics": "multibody"}}, "--sweep")

@@ -102,9 +102,10 @@ def _add_joint(
     on_child = inverse(model.links[joint.child].pose) @ joint.pose
     low, high = joint.range_rad
     is_endless = low <= -ENDLESS_RAD and high >= ENDLESS_RAD
+    # With a blank, so that no link has the frame's name.
     frames = {
-        "frame_on_parent": _frame(plant, bodies[joint.parent], on_parent, f"{name}_parent"),
-        "frame_on_child": _frame(plant, bodies[joint.child], on_child, f"{name}_child"),
+        "frame_on_parent": _frame(plant, bodies[joint.parent], on_parent, f"{name} parent"),
+        "frame_on_child": _frame(plant, bodies[joint.child], on_child, f"{name} child"),
     }
     axis = joint.pose[:3, :3].T @ joint.axis
     if joint.kind not in TURNING or not (is_endless or rolls(joint)) or not np.any(axis):
@@ -141,7 +142,8 @@ def _spatial_inertia(link: Link) -> SpatialInertia:
             own[0, 0], own[1, 1], own[2, 2], own[0, 1], own[0, 2], own[1, 2]
         )
         return SpatialInertia.MakeFromCentralInertia(link.mass_kg, link.center_m, about_center)
-    except (RuntimeError, ValueError) as error:
+    # Drake ends as SystemExit for a negative mass.
+    except (RuntimeError, SystemExit, ValueError) as error:
         moments = ", ".join(f"{value:g}" for value in np.diag(own))
         raise InputError(
             f"link {link.name}: no body of {link.mass_kg:g} kg has the inertia {moments} kg m^2"
