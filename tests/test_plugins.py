@@ -23,8 +23,8 @@ from drake_navbench.controllers.mppi.critics.registry import CRITICS as MPPI_CRI
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.navigation_settings import NavigationSettings
 from drake_navbench.kernels.grid import Costmap
+from drake_navbench.navigation.behavior import BEHAVIORS
 from drake_navbench.navigation.behavior_tree.settings import TREE_NODES
-from drake_navbench.navigation.behaviors import BEHAVIORS
 from drake_navbench.navigation.costmaps.layer_plugin import COSTMAP_LAYERS
 from drake_navbench.navigation.goal_checkers import GOAL_CHECKERS
 from drake_navbench.navigation.planner_settings import PLANNERS, make_planner

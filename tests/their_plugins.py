@@ -9,8 +9,8 @@ import numpy as np
 from py_trees.common import Status
 from pydantic import Field
 
+from drake_navbench.navigation.behavior import Step
 from drake_navbench.navigation.behavior_tree.leaves import Leaf
-from drake_navbench.navigation.behaviors import Step
 from drake_navbench.navigation.costmaps.layer_plugin import LayerParameters, Observed
 from drake_navbench.navigation.goal_check import GoalCheck
 from drake_navbench.navigation.progress_checkers import ProgressCheck

@@ -10,8 +10,8 @@ from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.scenario_plan import GridPlan
+from drake_navbench.navigation.behavior import BEHAVIORS
 from drake_navbench.navigation.behavior_tree.settings import TREE_NODES
-from drake_navbench.navigation.behaviors import BEHAVIORS
 from drake_navbench.navigation.costmaps.layer_plugin import COSTMAP_LAYERS
 from drake_navbench.navigation.goal_checkers import GOAL_CHECKERS
 from drake_navbench.navigation.planner_settings import PLANNERS

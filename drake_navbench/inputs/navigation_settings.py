@@ -14,11 +14,11 @@ from pydantic import (
 )
 
 from drake_navbench.errors import nearest_name_hint
+from drake_navbench.navigation.behavior import BehaviorServerParameters
 from drake_navbench.navigation.behavior_tree.settings import (
     RECOVERY_ACTIONS,
     BehaviorTreeSettings,
 )
-from drake_navbench.navigation.behaviors import BehaviorServerParameters
 from drake_navbench.navigation.checker_settings import (
     GoalCheckerSettings,
     ProgressCheckerSettings,

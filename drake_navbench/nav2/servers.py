@@ -16,12 +16,8 @@ from pydantic import BaseModel
 from drake_navbench.inputs.check import Status
 from drake_navbench.nav2.controller_server import plugin_block
 from drake_navbench.nav2.node_reader import WITHOUT_MEANING, NodeReader
+from drake_navbench.navigation.behavior import BEHAVIORS, BehaviorServerParameters, DriveLimits
 from drake_navbench.navigation.behavior_tree.settings import RECOVERY_ACTIONS
-from drake_navbench.navigation.behaviors import (
-    BEHAVIORS,
-    BehaviorServerParameters,
-    DriveLimits,
-)
 from drake_navbench.navigation.planner_settings import PLANNERS
 from drake_navbench.navigation.smac_planner_2d_parameters import SmacPlanner2DParameters
 from drake_navbench.navigation.smac_planner_hybrid_parameters import SmacPlannerHybridParameters

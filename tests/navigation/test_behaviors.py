@@ -6,15 +6,8 @@ import numpy as np
 import pytest
 
 from drake_navbench.kernels.grid import LETHAL, NO_INFORMATION, Costmap
-from drake_navbench.navigation.behaviors import (
-    BackUp,
-    BehaviorServerParameters,
-    DriveLimits,
-    DriveOnHeading,
-    Spin,
-    Surroundings,
-    Wait,
-)
+from drake_navbench.navigation.behavior import BehaviorServerParameters, DriveLimits, Surroundings
+from drake_navbench.navigation.behaviors import BackUp, DriveOnHeading, Spin, Wait
 
 PARAMETERS = BehaviorServerParameters()
 # A robot of 1.0 m x 0.4 m about its reference point.

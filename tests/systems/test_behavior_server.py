@@ -5,7 +5,7 @@ import pytest
 from pydrake.systems.analysis import Simulator
 
 from drake_navbench.kernels.grid import Costmap
-from drake_navbench.navigation.behaviors import BehaviorServerParameters
+from drake_navbench.navigation.behavior import BehaviorServerParameters
 from drake_navbench.navigation.task import BehaviorGoal, TaskState
 from drake_navbench.trial.systems.behavior_server import BehaviorServer
 from drake_navbench.trial.systems.ports import value_to_store

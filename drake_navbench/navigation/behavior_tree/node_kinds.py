@@ -16,7 +16,6 @@ from drake_navbench.navigation.behavior_tree.board import GOAL, GOALS, Board
 from drake_navbench.navigation.behavior_tree.conditions import (
     AlwaysEnds,
     DistanceTraveled,
-    GoalReached,
     PathExpiringTimer,
     TimeExpired,
 )
@@ -269,13 +268,6 @@ def _follow(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> Tr
     return FollowPath(name, board, source=a.source("path"))
 
 
-def _goal_reached(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
-    # In Nav2 a parameter of bt_navigator, which the reader of its file makes an attribute.
-    tolerance_m = a.number("goal_reached_tol", 0.25)
-    goal = a.source("goal", GOAL, is_needed=True)
-    return GoalReached(name, board, goal=goal, tolerance_m=tolerance_m)
-
-
 def _validate(node: type[ValidatePath]) -> NodeKind:
     def make(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
         return node(
@@ -354,7 +346,6 @@ NODE_KINDS: Mapping[str, NodeKind] = {
     "TimeExpired": NodeKind(_time_expired),
     "PathExpiringTimer": NodeKind(_path_expired),
     "DistanceTraveled": NodeKind(_distance_traveled),
-    "GoalReached": NodeKind(_goal_reached),
     "GoalUpdatedController": NodeKind(_goal_updated_controller, 1),
     "ComputePathToPose": _compute_path(ComputePathToPose, "goal", GOAL),
     "ComputePathThroughPoses": _compute_path(ComputePathThroughPoses, "goals", GOALS),

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from drake_navbench.kernels.grid import LETHAL
 from drake_navbench.navigation.behavior_tree.board import GOAL, GOALS, Board
-from drake_navbench.navigation.behavior_tree.conditions import ArePosesNear
+from drake_navbench.navigation.behavior_tree.conditions import ArePosesNear, GoalReached
 from drake_navbench.navigation.behavior_tree.goal_leaves import (
     AppendGoalPoseToGoals,
     GetCurrentPose,
@@ -65,6 +65,13 @@ def _poses_near(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -
     return ArePosesNear(name, board, poses=(one, other), tolerance_m=a.number("tolerance", 0.5))
 
 
+def _goal_reached(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
+    # In Nav2 a parameter of bt_navigator, which the reader of its file makes an attribute.
+    tolerance_m = a.number("goal_reached_tol", 0.25)
+    goal = a.source("goal", GOAL, is_needed=True)
+    return GoalReached(name, board, goal=goal, tolerance_m=tolerance_m)
+
+
 def _next_goals(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
     count = a.count("num_goals", 0)
     if count < 1:
@@ -80,4 +87,5 @@ POSE_NODE_KINDS: Mapping[str, NodeKind] = {
     "GetCurrentPose": NodeKind(_current_pose),
     "GetPoseFromPath": NodeKind(_pose_from_path),
     "ArePosesNear": NodeKind(_poses_near),
+    "GoalReached": NodeKind(_goal_reached),
 }

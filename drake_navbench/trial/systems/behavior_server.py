@@ -11,12 +11,8 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 
 from drake_navbench.kernels.immutable import Immutable
-from drake_navbench.navigation.behaviors import (
-    BehaviorServerParameters,
-    Step,
-    Surroundings,
-    make_behaviors,
-)
+from drake_navbench.navigation.behavior import BehaviorServerParameters, Step, Surroundings
+from drake_navbench.navigation.behaviors import make_behaviors
 from drake_navbench.navigation.task import BehaviorGoal, TaskState, TaskStatus
 from drake_navbench.trial.systems.lifetime import weakly_bound
 from drake_navbench.trial.systems.ports import (
