@@ -276,7 +276,7 @@ def broken_links_below(root: Path) -> list[Path]:
 
 
 def _is_broken(link: Path) -> bool:
-    """Tells whether a link leads to no file; one in a loop of links does not."""
+    """Tells whether a link leads to no file, as one in a loop of links."""
     try:
         return not link.exists()
     except OSError:
