@@ -12,11 +12,13 @@ import re
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from drake_navbench.studies.doctor.causes import Cause
+from drake_navbench.studies.doctor.causes import Cause, Direction
 from drake_navbench.studies.doctor.symptoms import Symptom
 
-# The factor of a cause of the fault that the words tell, and of a cause of another one.
-OF_THE_TOLD, OF_ANOTHER = 1.6, 0.6
+# The factor of a cause of the fault that the words tell, of a cause of another one, and of a change
+# that would make the fault worse.
+OF_THE_TOLD, OF_ANOTHER, WORSE = 1.6, 0.6, 0.2
+TURNED = {Direction.UP: Direction.DOWN, Direction.DOWN: Direction.UP}
 
 
 class _Family(NamedTuple):
@@ -63,8 +65,9 @@ _LATE_SERVER = _family(
 )
 # Nav2's goal checkers: a tolerance that cannot be met, and one that is met too early.
 _TOO_EARLY = _family(
-    r"(count|report|declar|accept|consider|regard|treat)\w*( as| it)?( to be| the goal as)? "
-    r"?(reached|arrived|success|done|succeed)|(goal|it) (still )?(passes|succeeds|succeeded)"
+    r"(?<!until it )(?<!before it )\b(count|report|declar|accept|consider|regard|treat)\w*"
+    r"( as| it)?( to be| the goal as)? ?(reached|arrived|success|done|succeed)"
+    r"|(goal|it) (still )?(passes|succeeds|succeeded)"
     r"|still pass(es|ed)|(beside|off) the goal|too (early|far) from the goal|facing the wrong way"
     r"|inaccura|imprecis|not (precise|accurate|exact)|wrong (heading|orientation|direction)"
     r"|precision|accuracy",
@@ -92,4 +95,7 @@ def family_factor(symptom: Symptom, words: str, cause: Cause) -> float:
     text = f"{cause.place} {cause.direction}"
     if any(family.causes.search(text) for family in told):
         return OF_THE_TOLD
+    turned = f"{cause.place} {TURNED.get(cause.direction, '')}"
+    if any(family.causes.search(turned) for family in told):
+        return WORSE
     return OF_ANOTHER if any(family.causes.search(text) for family in families) else 1.0

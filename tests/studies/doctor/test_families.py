@@ -6,7 +6,7 @@ import pytest
 
 from drake_navbench.studies.doctor.alike import Told
 from drake_navbench.studies.doctor.causes import Cause, Direction
-from drake_navbench.studies.doctor.families import OF_ANOTHER, OF_THE_TOLD, family_factor
+from drake_navbench.studies.doctor.families import OF_ANOTHER, OF_THE_TOLD, WORSE, family_factor
 from drake_navbench.studies.doctor.partial_files import facts_of_values
 from drake_navbench.studies.doctor.reading import suspicions_of
 from drake_navbench.studies.doctor.symptoms import Symptom
@@ -55,10 +55,18 @@ def test_a_goal_that_counts_as_reached_too_early_asks_for_a_smaller_tolerance(sy
     assert never[larger] < never[smaller]
 
 
+def test_what_would_make_the_fault_worse_counts_least():
+    larger = Cause("goal_checker.yaw_goal_tolerance", Direction.UP)
+    told = "ends its drives 0.3 m beside the goal"
+    assert family_factor(Symptom.GOAL_NOT_REACHED, told, larger) == WORSE < OF_ANOTHER
+
+
 def test_a_goal_that_does_not_count_as_reached_is_not_met_too_early():
     smaller = Cause("goal_checker.xy_goal_tolerance", Direction.DOWN)
     told = "stands at the goal, which is not considered reached"
     assert family_factor(Symptom.GOAL_NOT_REACHED, told, smaller) == 1.0
+    late = "takes long at the goal until it counts as reached"
+    assert family_factor(Symptom.GOAL_NOT_REACHED, late, smaller) == 1.0
 
 
 def test_a_class_of_one_fault_has_no_families():
