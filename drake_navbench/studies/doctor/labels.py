@@ -72,8 +72,8 @@ def _compared(offer: Offer) -> str:
     same = f"; {judged.same} of them stay the same to the last digit" if judged.same else ""
     before, after = f"{judged.before_mean:.2f}", f"{judged.after_mean:.2f}"
     goes = f"goes from {before} to {after}" if before != after else f"stays at {before}"
-    severity = f" The mean severity of {offer.symptom} (shown above 1) {goes}."
+    severity = f" The mean severity of {offer.symptom}, a symptom above 1, {goes}."
     return (
         f"Harmless in {count} of the probes: no touch more, no symptom in two more{same}."
-        f"{severity if judged.before_mean or judged.after_mean else ''}"
+        f"{severity if {before, after} != {'0.00'} else ''}"
     )

@@ -21,6 +21,7 @@ from drake_navbench.studies.doctor.attempts import is_among, named_in, tried_in_
 from drake_navbench.studies.doctor.causes import RELEASE, Cause, Direction
 from drake_navbench.studies.doctor.complaints import ALSO, causes_by_words
 from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.families import family_factor
 from drake_navbench.studies.doctor.far_values import far_values
 from drake_navbench.studies.doctor.left_out import CRITIC
 from drake_navbench.studies.doctor.partial_files import facts_of_values
@@ -146,6 +147,7 @@ def suspicions_of(facts: Facts, symptom: Symptom, told: Told = NOTHING_TOLD) -> 
 
     def add(weight: float, cause: Cause, why: str, finding: Finding | None = None) -> None:
         weight *= named.factor(cause) * _fit(symptom, cause)
+        weight *= family_factor(symptom, told.words, cause)
         if weight > 0.0:
             evidence.setdefault(cause.key, []).append((weight, cause, why, finding))
 

@@ -81,15 +81,20 @@ def test_an_abnormal_value_counts_among_the_changes_to_try(patient):
 
 def test_the_complaints_own_number_is_told_although_it_is_below_its_threshold(patient):
     class Slight(Rows):
+        values = (0.4, 0.1)
+
         def drive(self, preset, probes, trials, *, seed):
-            value = 0.4 if preset.name == "before" else 0.1
+            value = self.values[preset.name != "before"]
             rows = super().drive(preset, probes, trials, seed=seed)
             return [row | {"severity": {"wobble_straight": value}, "end": [9.0]} for row in rows]
 
     first, *_ = offered(patient, visited(patient, of_complaint=READ[:1]), Slight([], []))
     assert offer_label(first).endswith(
-        " The mean severity of wobble_straight (shown above 1) goes from 0.40 to 0.10."
+        " The mean severity of wobble_straight, a symptom above 1, goes from 0.40 to 0.10."
     )
+    Slight.values = (0.001, 0.002)  # Told with two digits: 0.00, of which nothing is to be said.
+    hardly, *_ = offered(patient, visited(patient, of_complaint=READ[:1]), Slight([], []))
+    assert "severity" not in offer_label(hardly)
     still, *_ = offered(patient, visited(patient, of_complaint=READ[:1]), Same([], []))
     assert "Nothing changes in 6 trials, to the last digit" in offer_label(still)
 

@@ -54,6 +54,21 @@ def test_clearing_farther_than_marking_leaves_nothing_beyond(scores):
     assert near > 3.0 * far
 
 
+def test_a_pursuit_that_may_not_turn_on_the_spot_circles(scores):
+    turns = ("controller.use_rotate_to_heading", Direction.SET)
+    may_not = scores(Symptom.SPINS, block=RPP_BLOCK | {"use_rotate_to_heading": False})
+    may = scores(Symptom.SPINS, block=RPP_BLOCK | {"use_rotate_to_heading": True})
+    assert may_not[turns] == 0.35
+    assert may[turns] == 0.2  # It is off that is the change.
+
+
+def test_marks_that_stay_ask_for_more_updates(scores):
+    more = ("local_costmap.update_frequency", Direction.UP)
+    gone = scores(Symptom.GHOST_OBSTACLES, words="a trail of old marks stays")[more]
+    floor = scores(Symptom.GHOST_OBSTACLES, words="the floor is marked")[more]
+    assert gone > 2.0 * floor
+
+
 def test_a_planner_has_only_its_own_parameters(scores):
     hybrid = {"plugin": "nav2_smac_planner::SmacPlannerHybrid"}
     navfn = {"plugin": "nav2_navfn_planner::NavfnPlanner"}

@@ -145,7 +145,7 @@ def _told_topic(costmap: str, topics: dict[str, str]) -> str:
     topic = next(iter(topics.values()))
     return (
         f"{_first([*topics])} is {topic}, without a slash before it: up to Jazzy the costmap "
-        f"listens to /{costmap}/{topic}, not to /{topic}"
+        f"listens to /{costmap}/{topic}, not to /{topic}, unless a launch file remaps it"
     )
 
 
