@@ -18,10 +18,11 @@ WORD = re.compile(r"[\w.-]+")
 PARAMS_FILE = "params_file"
 # Words in names of launch files that start no controller server.
 LOCALIZATION = re.compile("localization|slam|amcl")
-# A map and a model as launch files name them, after their folder.
+# A map, a model and a Nav2 file as launch files name them, after their folder.
 OF_MAPS = re.compile(r"maps?/(\w[\w.-]*\.ya?ml)")
 OF_MODELS = re.compile(r"(?:urdf|xacro|description|robots?|models?)/(\w[\w.-]*\.(?:urdf|xacro))")
 BEGINNING, END = re.compile(r"\w[\w.-]*[_-]$"), re.compile(r"[_.-][\w.-]*\.\w+$|\.\w+$")
+OF_NAV2 = re.compile(r"(?:config|params?)/([\w.-]*nav(?:2|igation)[\w.-]*\.ya?ml)")
 
 
 @dataclass(frozen=True)
@@ -105,8 +106,8 @@ class LaunchFiles:
     ) -> dict[str, Path]:
         """Returns the files that launch files name but that are not there, with a launch file each.
 
-        form: OF_MAPS or OF_MODELS. known: names of files that there are. beside: a file that the
-        launch files name, too, if any names it.
+        form: OF_MAPS, OF_MODELS or OF_NAV2. known: names of files that there are. beside: a file
+        that the launch files name, too, if any names it.
         """
         naming = [
             (launch, words)

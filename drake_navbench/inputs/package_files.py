@@ -10,7 +10,7 @@ from pathlib import Path
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.descriptions.clearpath_robot import is_clearpath, platform_of
-from drake_navbench.inputs.launch_files import OF_MAPS, OF_MODELS, LaunchFiles
+from drake_navbench.inputs.launch_files import OF_MAPS, OF_MODELS, OF_NAV2, LaunchFiles
 from drake_navbench.typed_files.assignments import assignments
 
 # The names of the kinds on the command line.
@@ -220,7 +220,7 @@ class PackageFiles:
             if len(found) > MAX_LISTED + is_beyond:
                 told.append(f"       and {len(found) - MAX_LISTED - is_beyond} more")
             told += self._launched_without_picture() if kind == MAP else []
-            told += self._not_there(kind, picked) if kind in (MAP, ROBOT) else []
+            told += self._not_there(kind, picked) if kind in (MAP, ROBOT, NAV2) else []
         return told + self._unreadable_told()
 
     def _unreadable_told(self) -> list[str]:
@@ -231,7 +231,7 @@ class PackageFiles:
         return told + ([f"not read: {more} more such files"] if more else [])
 
     def _not_there(self, kind: str, picked: Mapping[str, Path | None]) -> list[str]:
-        """Returns a line on each map or model that launch files name and that is not there.
+        """Returns a line on each file of a kind that launch files name and that is not there.
 
         None where they start the one that is taken.
         """
@@ -242,7 +242,8 @@ class PackageFiles:
             named = {} if nav2 is None else self.launches.not_there(OF_MAPS, known, nav2)
         else:
             is_started = taken is None or self.launches.folders(taken) >= 0
-            named = self.launches.not_there(OF_MODELS, {file.name for file in self.files[kind]})
+            known = {file.name for file in (*self.files[kind], *self.nodes)}
+            named = self.launches.not_there(OF_NAV2 if kind == NAV2 else OF_MODELS, known)
         return [
             f"       not there: {name}, which {launch.name} names"
             for name, launch in [*named.items()][:MAX_NAMED]

@@ -52,9 +52,13 @@ def test_words_of_folders_do_not_outweigh_a_launch_file(repository):
     [
         ("'urdf', 'hauler.urdf.xacro'", ["not there: hauler.urdf.xacro, which a.launch.py names"]),
         ("'urdf', 'hauler.urdf.xacro', 'urdf', 'cart.urdf.xacro'", []),
+        ("'config', 'hall_nav2.yaml'", ["not there: hall_nav2.yaml, which a.launch.py names"]),
+        ("'config', 'hall_nav2.yaml', 'config', 'nav2_params.yaml'", []),
+        # No Nav2 file by its name.
+        ("'config', 'ekf.yaml'", []),
     ],
 )
-def test_a_launched_model_that_is_not_in_the_repository_is_told(repository, launched, told):
+def test_a_launched_file_that_is_not_in_the_repository_is_told(repository, launched, told):
     (repository / "a.launch.py").write_text(launched)
     lines = filled("--package", str(repository))[1]
     assert [line.strip() for line in lines if "not there" in line] == told
