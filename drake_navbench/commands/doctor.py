@@ -67,6 +67,9 @@ def _look_at_files(arguments: argparse.Namespace) -> int:
 
     if not arguments.files:
         raise InputError("doctor: expected a Nav2 file, --package, --log or --score")
+    for file in arguments.files:
+        if " " in str(file) and not file.exists():
+            raise InputError(f"{file}: no such file; a complaint in words goes with --symptom")
     is_lent = arguments.robot is None
     arguments.robot = arguments.robot or LENT_ROBOT
     if arguments.measure_board is not None:

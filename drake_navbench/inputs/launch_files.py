@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
+from drake_navbench.inputs.descriptions.launch_text import launch_text, without_remarks
 from drake_navbench.inputs.descriptions.launched_value import is_launch_file, set_variables
-from drake_navbench.typed_files.input_file import read_head_text
 
-LINE_REMARKS = re.compile(r"(?:^|\s)#[^\n]*")
-XML_REMARKS = re.compile(r"<!--.*?-->", re.DOTALL)
 # Names of files, folders and packages, without the slashes between them.
 WORD = re.compile(r"[\w.-]+")
 # A name that is made of a beginning, a value and an end: 'robot_' + model + '.urdf'.
@@ -20,7 +18,11 @@ WORD = re.compile(r"[\w.-]+")
 PARAMS_FILE = "params_file"
 # Words in names of launch files that start no controller server.
 LOCALIZATION = re.compile("localization|slam|amcl")
+# A map, a model and a Nav2 file as launch files name them, after their folder.
+OF_MAPS = re.compile(r"maps?/(\w[\w.-]*\.ya?ml)")
+OF_MODELS = re.compile(r"(?:urdf|xacro|description|robots?|models?)/(\w[\w.-]*\.(?:urdf|xacro))")
 BEGINNING, END = re.compile(r"\w[\w.-]*[_-]$"), re.compile(r"[_.-][\w.-]*\.\w+$|\.\w+$")
+OF_NAV2 = re.compile(r"(?:config|params?)/([\w.-]*nav(?:2|igation)[\w.-]*\.ya?ml)")
 
 
 @dataclass(frozen=True)
@@ -70,31 +72,54 @@ class LaunchFiles:
         """Returns the one of `others` that a launch file names beside `file`, and that launch file.
 
         Of several launch files, it is the one that names `robot`, of these one not of localization
-        alone, of these the one that names the most of the file's folders; of several others with
-        the same name, the one whose folder it names before it, else whose folders it names, of
-        these the one with the fewest others. None where no launch file names both. is_through:
-        whether a launch file that another one includes may name `file` in its place.
+        alone, of these one that includes another of them, of these the one that names the most of
+        the file's folders; of several others with the same name, the one whose folder it names
+        before it, else whose folders it names, of these the one with the fewest others. None where
+        no launch file names both. is_through: whether a launch file that another one includes may
+        name `file` in its place.
         """
-        pairs = []
-        for launch, words in self._with_included if is_through else self.words:
-            named = [other for other in others if other.name in words]
-            if named and _names(words, file.name):
-                told = {
-                    other: (
-                        f"{other.parent.name}/{other.name}" in words,
-                        len(words & {*other.parts}),
-                    )
-                    for other in named
-                }
-                best = max(named, key=lambda other: (*told[other], -len(other.parts)))
-                is_robots = robot is not None and _names(words, robot.name)
-                is_whole = LOCALIZATION.search(launch.name) is None
-                rank = (is_robots, is_whole, len(words & {*file.parent.parts}))
-                pairs.append((rank, best, launch))
-        if not pairs:
+        naming = [
+            (launch, words, named)
+            for launch, words in (self._with_included if is_through else self.words)
+            if (named := [other for other in others if other.name in words])
+            and _names(words, file.name)
+        ]
+        if not naming:
             return None
-        _, other, launch = max(pairs, key=lambda pair: pair[0])
-        return other, launch
+
+        def rank(launch: Path, words: frozenset[str]) -> tuple[bool, bool, bool, int]:
+            is_robots = robot is not None and _names(words, robot.name)
+            is_whole = LOCALIZATION.search(launch.name) is None
+            is_outer = any(other.name in words for other, *_ in naming if other.name != launch.name)
+            return is_robots, is_whole, is_outer, len(words & {*file.parent.parts})
+
+        launch, words, named = max(naming, key=lambda found: rank(*found[:2]))
+
+        def told(other: Path) -> tuple[bool, int, int]:
+            is_in_folder = f"{other.parent.name}/{other.name}" in words
+            return is_in_folder, len(words & {*other.parts}), -len(other.parts)
+
+        return max(named, key=told), launch
+
+    def not_there(
+        self, form: re.Pattern[str], known: Collection[str], beside: Path | None = None
+    ) -> dict[str, Path]:
+        """Returns the files that launch files name but that are not there, with a launch file each.
+
+        form: OF_MAPS, OF_MODELS or OF_NAV2. known: names of files that there are. beside: a file
+        that the launch files name, too, if any names it.
+        """
+        naming = [
+            (launch, words)
+            for launch, words in self.words
+            if beside is not None and _names(words, beside.name)
+        ]
+        found: dict[str, Path] = {}
+        for launch, words in naming or self.words:
+            for named in sorted(said[1] for said in map(form.fullmatch, words) if said):
+                if named not in known:
+                    found.setdefault(named, launch)
+        return found
 
     @property
     def _with_included(self) -> list[tuple[Path, frozenset[str]]]:
@@ -197,6 +222,9 @@ def _nav2_files(launch: Path, words: frozenset[str], files: Sequence[Path]) -> s
 
 
 def _words_in(file: Path) -> frozenset[str]:
-    text = read_head_text(file)
-    words = WORD.findall(LINE_REMARKS.sub("", XML_REMARKS.sub("", text)))
-    return frozenset(words).union(f"{a}/{b}" for a, b in pairwise(words))
+    """Returns the words of a launch file as it is, and with the values of its variables put in."""
+    found: set[str] = set()
+    for text in (without_remarks(file), launch_text(file)):
+        words = WORD.findall(text)
+        found.update(words, (f"{a}/{b}" for a, b in pairwise(words)))
+    return frozenset(found)

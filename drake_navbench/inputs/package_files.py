@@ -10,7 +10,7 @@ from pathlib import Path
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.descriptions.clearpath_robot import is_clearpath, platform_of
-from drake_navbench.inputs.launch_files import LaunchFiles
+from drake_navbench.inputs.launch_files import OF_MAPS, OF_MODELS, OF_NAV2, LaunchFiles
 from drake_navbench.typed_files.assignments import assignments
 
 # The names of the kinds on the command line.
@@ -20,7 +20,7 @@ MAX_LISTED = 12
 MAX_NAMED = 3
 # Names of files that tell nothing of which robot it is.
 ANY_ROBOT = ("robot", "model", "base", "main")
-MASKS = re.compile(r"keepout|speed|limit|mask|filter")
+MASKS = re.compile(r"keep_?out|speed|limit|mask|filter")
 CONTROLLERS = "controller_server"
 # The nodes without which no robot navigates, and those that a Nav2 file may leave out.
 NEEDED = frozenset(
@@ -84,8 +84,13 @@ class PackageFiles:
             return next(iter((*own, *found)))
         together = self.launches.started_with(robot, found)
         words = self._words(robot) - {word for file in others for word in self._words(file)}
-        own = [together[0]] if together else [*found]
+        own = [together[0]] if together else self._launched_like(found)
         return max(own, key=lambda file: len(words & self._words(file)))
+
+    def _launched_like(self, found: Sequence[Path]) -> list[Path]:
+        """Returns the files that a launch file names, if it names the first one, else all."""
+        launched = [file for file in found if self.launches.folders(file) >= 0]
+        return launched if found[0] in launched else [*found]
 
     def halves(self, nav2: Path) -> dict[Path, frozenset[str]]:
         """Returns the files that bring nodes that a Nav2 file lacks, and these nodes, in order.
@@ -147,8 +152,7 @@ class PackageFiles:
         together = self._started_with(files, WORLD)
         if together is None or len(self.files[MAP]) < 2:
             return files[MAP]
-        named = set(re.findall(r"[a-z0-9]+", together[0].stem.lower())) - {WORLD, MAP}
-        alike = [file for file in self.files[MAP] if named and named <= self._words(file)]
+        alike = [file for file in self.files[MAP] if is_map_of(together[0], self._short(file))]
         return next(iter(alike), None)
 
     def _started_with(
@@ -199,6 +203,7 @@ class PackageFiles:
                 continue
             if not found:
                 told.append(f"{kind}: none found{self._instead(kind)}")
+                told += self._not_there(kind, picked) if kind == MAP else []
                 continue
             how = f", another by --pick {kind}=N" if len(found) > 1 else ""
             how = f", used by --pick {kind}=N" if kind == GOALS else how
@@ -215,6 +220,7 @@ class PackageFiles:
             if len(found) > MAX_LISTED + is_beyond:
                 told.append(f"       and {len(found) - MAX_LISTED - is_beyond} more")
             told += self._launched_without_picture() if kind == MAP else []
+            told += self._not_there(kind, picked) if kind in (MAP, ROBOT, NAV2) else []
         return told + self._unreadable_told()
 
     def _unreadable_told(self) -> list[str]:
@@ -223,6 +229,26 @@ class PackageFiles:
         told = [f"not read: {self._short(file)}: {why}" for file, why in first]
         more = len(self.unreadable) - len(first)
         return told + ([f"not read: {more} more such files"] if more else [])
+
+    def _not_there(self, kind: str, picked: Mapping[str, Path | None]) -> list[str]:
+        """Returns a line on each file of a kind that launch files name and that is not there.
+
+        None where they start the one that is taken.
+        """
+        nav2, taken = picked.get(NAV2), picked.get(kind)
+        if kind == MAP:
+            is_started = taken is not None and self._launched(taken, kind, picked) != ""
+            known = {file.name for file in (*self.files[MAP], *self.without_picture)}
+            named = {} if nav2 is None else self.launches.not_there(OF_MAPS, known, nav2)
+        else:
+            is_started = taken is None or self.launches.folders(taken) >= 0
+            known = {file.name for file in (*self.files[kind], *self.nodes)}
+            named = self.launches.not_there(OF_NAV2 if kind == NAV2 else OF_MODELS, known)
+        return [
+            f"       not there: {name}, which {launch.name} names"
+            for name, launch in [*named.items()][:MAX_NAMED]
+            if not is_started
+        ]
 
     def _launched_without_picture(self) -> list[str]:
         """Returns a line on each map that a launch file names and whose picture is not there."""
@@ -255,7 +281,7 @@ class PackageFiles:
         return re.search(whole, self._short(file).as_posix().lower()) is not None
 
     def _words(self, file: Path) -> set[str]:
-        return set(re.findall(r"[a-z0-9]+", self._short(file).as_posix().lower()))
+        return _words_of(self._short(file).as_posix())
 
     def _instead(self, kind: str) -> str:
         """Returns a line on files of a kind that are there and cannot be used; '' for none."""
@@ -278,6 +304,16 @@ def _shared_parts(file: Path, other: Path) -> int:
     """Returns the number of folders that two files have in common from the root."""
     pairs = zip(file.parent.parts, other.parent.parts, strict=False)
     return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], pairs))
+
+
+def _words_of(text: str) -> set[str]:
+    return set(re.findall(r"[a-z0-9]+", text.lower()))
+
+
+def is_map_of(world: Path, map_file: Path) -> bool:
+    """Tells whether a map is called like a world: its path has all words of the world's name."""
+    named = _words_of(world.stem) - {WORLD, MAP}
+    return bool(named) and named <= _words_of(map_file.as_posix())
 
 
 def is_mask(file: Path) -> bool:

@@ -33,6 +33,7 @@ from drake_navbench.inputs.package_files import (
     ROBOT,
     WORLD,
     PackageFiles,
+    is_map_of,
     is_mask,
 )
 from drake_navbench.inputs.unreadable_files import require_folders, unreadable_files
@@ -64,7 +65,7 @@ PARTS = re.compile(
 REPLACED = re.compile(r"backup|\bbak\b|(^|[_.-])(old|copy|orig(inal)?|deprecated)([_.-]|$)")
 EMPTY_WORLDS = re.compile(r"empty|default")
 OF_NAVIGATION = re.compile(r"nav2|navigation|(?:^|[_.-])nav(?:[_.-]|$)")
-SEPARATE = re.compile(r"slam|mapper|keepout|speed_|collision_monitor|localization|amcl")
+SEPARATE = re.compile(r"slam|mapper|keep_?out|speed_|collision_monitor|localization|amcl")
 # The files by which colcon builds a package, each beside its package.xml.
 BUILT_BY = ("CMakeLists.txt", "setup.py")
 # A package that lies beside the others of Nav2's sources.
@@ -102,10 +103,16 @@ def find_package_files(roots: Sequence[Path]) -> PackageFiles:
     robots = [file for file in files if _is_robot(file)]
     repeated = {name for name, count in Counter(f.name for f in robots).items() if count > 1}
     launched = launches.launched([*maps, *worlds])
+    started = [world for world in worlds if world in launched and launches.folders(world) >= 0]
+
+    def map_rank(file: Path) -> tuple[object, ...]:
+        is_of_started = any(is_map_of(world, Path(file.name)) for world in started)
+        return (is_mask(file), file not in launched, not is_of_started)
+
     launched_nav2 = {file for file in launches.launched(nav2) if launches.folders(file) >= 0}
     found = {
         ROBOT: ranked(robots.__contains__, lambda f: _robot_rank(f, words, launches, repeated)),
-        MAP: ranked(maps.__contains__, lambda f: (is_mask(f), f not in launched)),
+        MAP: ranked(maps.__contains__, map_rank),
         WORLD: ranked(worlds.__contains__, lambda f: (_is_empty(f), f not in launched)),
         GOALS: ranked(_is_goal_file, lambda f: (f not in launched,)),
     }

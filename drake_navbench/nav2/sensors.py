@@ -23,6 +23,8 @@ LIDAR_NAMES = re.compile(
     "lidar|laser|velodyne|vlp|livox|ouster|hesai|robosense|rslidar|mid360|pandar|scan", re.I
 )
 CAMERA_NAMES = re.compile("camera|depth|realsense|oak|zed|kinect|d4[0-9]{2}|rgbd", re.I)
+# Words in topics of points that a program has sorted out of a sensor's, such as rtabmap's two.
+SORTED_OUT = re.compile("obstacle|ground|segment|filter|crop|downsampl", re.I)
 # The field of view of a lidar of many layers, rad, its columns and rows, height m and reach m.
 LIDAR_SIGHT: Mapping[str, Any] = {
     "horizontal_fov_rad": 2.0 * math.pi,
@@ -100,7 +102,9 @@ class Nav2Sensors:
                 return name
         names = f"{source} {topic}"
         kind, alike = self._of_its_kind(names, sight)
-        if len(alike) == 1 and self._topics.setdefault(alike[0], topic) == topic:
+        is_own = len(alike) == 1 and self._topics.setdefault(alike[0], topic) == topic
+        is_whole = len(self._depth_sensors) == 1
+        if is_own or (is_whole and SORTED_OUT.search(topic) and not _heading(names)):
             reader.note(Status.OTHER_FORM, parameter, f"the robot's only {kind}, {alike[0]}")
             return alike[0]
         reader.note(Status.OTHER_FORM, parameter)

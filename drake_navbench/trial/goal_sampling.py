@@ -4,7 +4,7 @@ A cell is passable where the robot's centre is farther from occupied or unknown 
 inscribed radius, as costmaps inflate; starts and goals keep the circumscribed radius of outline and
 body, so that any heading is free. Both of a pair lie in one connected region of passable cells.
 Cells that the map's saver left unknown are unknown here, whatever the map's thresholds make of
-them.
+them, where it has others that are free.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from drake_navbench.inputs.scenario import Scenario, Suite, scenario_on_map
 from drake_navbench.inputs.task_time import with_time
 from drake_navbench.inputs.world_on_map import free_on_both
 from drake_navbench.navigation.costmaps.map_file import (
+    NEARLY_FREE,
     SAVED_FREE_THRESH,
     OccupancyMap,
     load_map,
@@ -120,9 +121,14 @@ def sample_world_tasks(
 
 
 def _known_floor(map_file: Path) -> OccupancyMap:
-    """Returns a map as its saver knew it; its warnings are those of the map itself."""
+    """Returns a map as its saver knew it; its warnings are those of the map itself.
+
+    A map without a white cell is drawn, not saved: there the grey that its thresholds free is the
+    floor.
+    """
     with warnings.catch_warnings(action="ignore", category=InputWarning):
-        return load_map(map_file, as_saved=True)
+        saved = load_map(map_file, as_saved=True)
+        return saved if _is_free(saved).any() else load_map(map_file)
 
 
 def _numbered(stem: str, count: int) -> list[str]:
@@ -177,10 +183,18 @@ def _remedy(grid: OccupancyMap, file: Path, start: Pose | None) -> str:
 def _places(grid: OccupancyMap, robots: Sequence[Robot]) -> _Places:
     inscribed, circumscribed = max(r.radii[0] for r in robots), max(map(_reach, robots))
     # The floor beyond the map is not known: its border counts as blocked.
-    blocked = np.pad(grid.occupancy != 0, 1, constant_values=True)
+    blocked = np.pad(~_is_free(grid), 1, constant_values=True)
     clearance = ndimage.distance_transform_edt(~blocked)[1:-1, 1:-1] * grid.resolution
     regions, _ = ndimage.label(clearance > inscribed, structure=EIGHT_NEIGHBOURS)
     return _Places(grid, regions, np.flatnonzero(clearance > circumscribed + grid.resolution))
+
+
+def _is_free(grid: OccupancyMap) -> NDArray[np.bool_]:
+    """Returns the cells that are as good as free: mode scale gives white 1 with a free_thresh of 0.
+
+    Source: nav2_costmap_2d (StaticLayer), to which all that is not lethal or unknown is free.
+    """
+    return (grid.occupancy >= 0) & (grid.occupancy <= 100.0 * NEARLY_FREE)
 
 
 def _reach(robot: Robot) -> float:

@@ -140,9 +140,12 @@ def test_a_lidar_above_two_metres_is_seen_by_the_costmaps(tmp_path):
 
 
 def test_without_a_lidar_the_default_one_is_where_its_link_is(tmp_path):
-    laser = link("", "laser") + (
-        '<joint name="j" type="fixed"><parent link="base_link"/><child link="laser"/>'
-        '<origin xyz="0.2 0 0.35" rpy="0 0 3.14159"/></joint>'
+    """The rod that holds it comes first, and is no lidar."""
+    places = {"lidar_rod": "0.1 0 0.2", "laser": "0.2 0 0.35"}
+    laser = "".join(
+        link("", name) + f'<joint name="to_{name}" type="fixed"><parent link="base_link"/>'
+        f'<child link="{name}"/><origin xyz="{place}" rpy="0 0 3.14159"/></joint>'
+        for name, place in places.items()
     )
     path = urdf(tmp_path, link(BOX) + laser)
     lidar = load_robot(str(path)).lidar

@@ -92,6 +92,30 @@ def test_the_only_map_of_a_repository_is_that_of_its_world(repository):
     assert picked(repository, "map") == "yard.yaml"
 
 
+def test_of_maps_without_a_launch_file_it_is_that_of_the_launched_world(repository):
+    """By its name alone attic.yaml would come first."""
+    barn = repository / "nav" / "worlds" / "barn.world"
+    barn.rename(barn.with_name("yard.world"))
+    (repository / "sim.launch.py").write_text("'worlds', 'yard.world'")
+    assert picked(repository, "map") == "yard.yaml"
+
+
+@pytest.mark.parametrize(
+    ("launched", "told"),
+    [
+        ("'nav2_params.yaml', 'maps', 'cellar.yaml'", ["cellar.yaml, which nav.launch.py names"]),
+        ("'nav2_params.yaml', 'config', 'cellar.yaml'", []),
+        # The launch file starts another map, which is there.
+        ("'nav2_params.yaml', 'maps', 'cellar.yaml', 'maps', 'yard.yaml'", []),
+    ],
+)
+def test_a_launched_map_that_is_not_in_the_repository_is_told(repository, launched, told):
+    (repository / "nav.launch.py").write_text(launched)
+    found = find_package_files([repository])
+    lines = [line.strip() for line in found.lines(found.picked([]))]
+    assert [line for line in lines if "not there" in line] == [f"not there: {t}" for t in told]
+
+
 @pytest.mark.parametrize(
     ("launched", "told"),
     [("'other.world'", ""), ("'empty.world'", " (sim.launch.py starts empty.world)")],
@@ -128,7 +152,17 @@ def test_every_python_file_in_a_folder_launch_is_a_launch_file(repository):
         ("kind = 'small'; 'cart_' + kind + '.urdf.xacro'", True),
         ("DeclareLaunchArgument('kind', default_value='small'); f'cart_{kind}.urdf.xacro'", True),
         ("default_value='small', ['cart_', LaunchConfiguration('kind'), '.urdf.xacro']", True),
-        # Another value, and a name that is said nowhere.
+        # Values of variables, one of which holds an argument, make the beginning as well.
+        ("kind = 'cart_small'\nf'{kind}.urdf.xacro'", True),
+        ("kind = 'small'\n'robots/cart_' + kind + '.urdf.xacro'", True),
+        (
+            "k = LaunchConfiguration('kind')\nname = context.perform_substitution(k)\n"
+            "f'{name}.urdf.xacro'\nDeclareLaunchArgument('kind', default_value='cart_small')",
+            True,
+        ),
+        # A variable with two values, one in a remark, another value, a name that is said nowhere.
+        ("kind = 'cart_small'\nkind = 'b'\nf'{kind}.urdf.xacro'", False),
+        ("kind = 'b'\n# kind = 'cart_small'\nf'{kind}.urdf.xacro'", False),
         ("kind = 'large'; 'cart_' + kind + '.urdf.xacro'", False),
         ("'small', '.urdf.xacro'", False),
     ],

@@ -30,6 +30,50 @@ def test_of_two_robots_each_has_its_own_nav2_file(repository, name, is_launched)
     assert files.fitting("nav2", cart) == of_cart.parent / "nav2_params.yaml"
 
 
+def test_words_of_folders_do_not_outweigh_a_launch_file(repository):
+    """The launch file names no model; by the word `sim` the other Nav2 file is the hauler's."""
+    cart = next(repository.rglob("cart.urdf.xacro"))
+    hauler = repository / "hauler_sim" / "robot.urdf.xacro"
+    hauler.parent.mkdir()
+    hauler.write_text(cart.read_text())
+    for name in ("nav/nav2_hall.yaml", "nav/sim/nav2_hall_sim.yaml"):
+        (repository / name).parent.mkdir(parents=True, exist_ok=True)
+        (repository / name).write_text(NAV2)
+    files = find_package_files([repository])
+    assert files.fitting("nav2", hauler) == repository / "nav/sim/nav2_hall_sim.yaml"
+    (repository / "start.launch.py").write_text("share('nav', 'nav2_hall.yaml')")
+    forget_folders()
+    files = find_package_files([repository])
+    assert files.fitting("nav2", hauler) == repository / "nav/nav2_hall.yaml"
+
+
+@pytest.mark.parametrize(
+    ("launched", "told"),
+    [
+        ("'urdf', 'hauler.urdf.xacro'", ["not there: hauler.urdf.xacro, which a.launch.py names"]),
+        ("'urdf', 'hauler.urdf.xacro', 'urdf', 'cart.urdf.xacro'", []),
+        ("'config', 'hall_nav2.yaml'", ["not there: hall_nav2.yaml, which a.launch.py names"]),
+        ("'config', 'hall_nav2.yaml', 'config', 'nav2_params.yaml'", []),
+        # No Nav2 file by its name.
+        ("'config', 'ekf.yaml'", []),
+    ],
+)
+def test_a_launched_file_that_is_not_in_the_repository_is_told(repository, launched, told):
+    (repository / "a.launch.py").write_text(launched)
+    lines = filled("--package", str(repository))[1]
+    assert [line.strip() for line in lines if "not there" in line] == told
+
+
+def test_a_launch_file_passes_another_map_to_the_one_that_it_includes(repository):
+    map_files(repository / "cart_nav" / "maps", "attic", "hall", "hall_keep_out")
+    (repository / "a_nav.launch.py").write_text("'nav2_params.yaml', 'maps', 'attic.yaml'")
+    (repository / "main.launch.py").write_text(
+        "HALL = 'hall'\n'a_nav.launch.py', 'nav2_params.yaml', 'maps', f'{HALL}.yaml', "
+        "f'{HALL}_keep_out.yaml'"
+    )
+    assert filled("--package", str(repository))[0].map.name == "hall.yaml"
+
+
 def test_a_file_that_another_has_replaced_comes_after_it(tmp_path):
     for name in ("a_backup.yaml", "a.old.yaml", "a_copy.yaml", "bold.yaml", "scopy.yaml", "z.yaml"):
         (tmp_path / name).write_text(NAV2)

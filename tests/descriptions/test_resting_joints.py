@@ -78,3 +78,16 @@ def test_an_arm_of_which_no_file_tells_where_it_rests_is_told(tmp_path):
     free = ARM.replace('<mimic joint="wrist" multiplier="-2"/>', "")
     assumed = rows(urdf(tmp_path, free), Status.ASSUMED)
     assert any("lift, wrist and 1 more at 0: no file tells where they rest" in r for r in assumed)
+
+
+def test_wheels_that_a_plugin_drives_are_no_arm_whatever_they_are_called(tmp_path):
+    names = [f"{end}_{side}" for end in ("front", "rear") for side in ("left", "right")]
+    parts = "".join(
+        link("", name) + f'<joint name="{name}_joint" type="continuous"><parent link="base_link"/>'
+        f'<child link="{name}"/><axis xyz="0 1 0"/></joint>'
+        for name in names
+    )
+    driven = "".join(f"<{n.split('_')[1]}_joint>{n}_joint</{n.split('_')[1]}_joint>" for n in names)
+    drive = f'<plugin name="a" filename="libgazebo_ros_diff_drive.so">{driven}</plugin>'
+    told = rows(urdf(tmp_path, link(BOX) + parts + f"<gazebo>{drive}</gazebo>"), Status.ASSUMED)
+    assert not any("no file tells where they rest" in row for row in told)

@@ -307,6 +307,11 @@ SCANNING = (
             "gpu_lidar",
             ("argument sim_gz: true, as in a.launch.py; its own default is false",),
         ),
+        (
+            "sim = 'true'\n'xacro', 'cart.xacro', ' sim_gz:=', sim",
+            "gpu_lidar",
+            ("argument sim_gz: true, as in a.launch.py; its own default is false",),
+        ),
         # Nothing is won by a flag that brings no lidar, and none is tried that nobody sets.
         ("'xacro', 'cart.xacro', ' sim_gz:=true'", "camera", ()),
         ("'xacro', 'cart.xacro'", "gpu_lidar", ()),
@@ -321,6 +326,27 @@ def test_a_flag_of_the_simulation_that_brings_the_lidar_is_set(tmp_path, launche
     assert ("<sensor" in found.text) == bool(remarks)
     assert '<link name="arm"/>' not in found.text
     assert "<sensor" not in expand_xacro(path, {"sim_gz": "false"}).text
+
+
+@pytest.mark.parametrize(
+    ("passed", "how"),
+    [
+        ("true", "as in sim.launch.py"),
+        # Nobody sets it; it is tried, and told, for its name.
+        ("false", "with which model.launch.py simulates (else --set sim_gz=false)"),
+    ],
+)
+def test_a_flag_that_a_launch_file_has_as_an_argument_is_set(tmp_path, passed, how):
+    path = tmp_path / "cart.xacro"
+    path.write_text(SCANNING.format("gpu_lidar"))
+    (tmp_path / "model.launch.py").write_text(
+        "sim = LaunchConfiguration('simulated')\n'xacro', 'cart.xacro', ' sim_gz:=', sim\n"
+        "DeclareLaunchArgument('simulated', default_value='false')"
+    )
+    (tmp_path / "sim.launch.py").write_text(f"'model.launch.py', {{'simulated': '{passed}'}}")
+    found = expand_xacro(path)
+    assert "<sensor" in found.text
+    assert found.remarks == (f"argument sim_gz: true, {how}; its own default is false",)
 
 
 def test_a_launch_file_of_another_model_gives_no_value(tmp_path):

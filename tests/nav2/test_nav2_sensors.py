@@ -56,3 +56,20 @@ def test_a_source_says_what_its_sensor_is_or_else_its_name_does(
     layer = f"observation_sources: {names}, {names}: {{clearing: true, {model_type}}}"
     sensor = setup_of(COLUMN, LOCAL % (SEEING % (STVL, layer))).robot.depth_sensors[names]
     assert (sensor.horizontal_fov_rad > 6.0) is looks_around
+
+
+@pytest.mark.parametrize(
+    ("topic", "sensors"),
+    [("/camera/obstacles", ["eye"]), ("/left_obstacles", ["eye", "left_obstacles"])],
+)
+def test_points_sorted_out_of_a_robot_s_only_camera_are_that_camera_s(
+    setup_of, tmp_path, topic, sensors
+):
+    """rtabmap sends the points of the floor and of obstacles apart; a side is another camera's."""
+    robot = tmp_path / "seeing.yaml"
+    robot.write_text("description: r\nrobot_radius: 0.2\ndepth_sensors: {eye: {height_m: 0.9}}\n")
+    floor = "a: {data_type: PointCloud2, topic: /camera/ground}"
+    other = f"b: {{data_type: PointCloud2, topic: {topic}}}"
+    layer = SEEING % ("nav2_costmap_2d::VoxelLayer", f"observation_sources: a b, {floor}, {other}")
+    setup = setup_of(COLUMN, LOCAL % layer, base=str(robot))
+    assert sorted(setup.robot.depth_sensors) == sensors

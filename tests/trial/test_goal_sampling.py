@@ -140,6 +140,27 @@ def test_no_task_leads_where_the_maps_saver_knew_nothing(tmp_path, fields, said)
     assert all(place[0] < 5.0 for task in tasks for place in (task.start, task.goal))
 
 
+@pytest.mark.parametrize(
+    ("floor", "fields"),
+    [
+        # A drawing, whose whole floor has the grey that savers write for unknown.
+        (205, {"free_thresh": 0.25}),
+        # White is 1/255 dark: 0.4% of the way from 0 to 0.65, and so 1% occupied.
+        (254, {"mode": "scale", "free_thresh": 0.0}),
+    ],
+)
+@pytest.mark.filterwarnings("ignore::drake_navbench.errors.InputWarning")
+def test_floor_that_nav2_takes_for_free_has_room(tmp_path, floor, fields):
+    grey = np.full((60, 100), floor, dtype=np.uint8)
+    grey[:, 50:] = 0
+    Image.fromarray(grey).save(tmp_path / "hall.pgm")
+    data = {"image": "hall.pgm", "resolution": 0.1, "origin": [0.0, 0.0, 0.0]}
+    data |= {"negate": 0, "occupied_thresh": 0.65, **fields}
+    (tmp_path / "hall.yaml").write_text(yaml.safe_dump(data))
+    tasks = sample_tasks(tmp_path / "hall.yaml", load_robot("round_robot"), 20, seed=0)
+    assert all(place[0] < 5.0 for task in tasks for place in (task.start, task.goal))
+
+
 def test_a_map_without_room_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"--goals 2: .*no two places with .* m of free floor"):
         sample_tasks(write_rooms(tmp_path), WHEELCHAIR, 2, seed=0, start=(5.05, 2.0, 0.0))

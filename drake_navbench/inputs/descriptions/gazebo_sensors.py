@@ -14,6 +14,8 @@ from drake_navbench.inputs.descriptions.xml_file import text_of
 from drake_navbench.kernels.arrays import Array
 
 # Words in names of links that stand for a lidar where no sensor is described.
+# Words in names of links that hold a sensor.
+HOLDERS = re.compile("rod|mount|bracket|hold|support|plate|pole|post|cover")
 LIDAR_LINK = re.compile(
     r"(?:^|_)(?:(?:rp?|yd)?lidar|laser|base_scan|scan|hokuyo|livox|ouster|velodyne|sick)(?:_|\d|$)"
 )
@@ -87,9 +89,11 @@ def sensors_of(model: Model, to_base: Array, floor_m: float) -> FoundSensors:
 def lidar_link(model: Model, base: str, floor_m: float) -> FoundSensor | None:
     """Returns the pose of the first link with a lidar's name; None where no link has one.
 
-    In a chain of links, such as mount and laser, the last one counts.
+    In a chain of links, such as mount and laser, the last one counts; a rod of a lidar counts where
+    no link is called like the lidar itself.
     """
-    named = [name for name in model.links if LIDAR_LINK.search(name.lower())]
+    all_named = [name for name in model.links if LIDAR_LINK.search(name.lower())]
+    named = [name for name in all_named if not HOLDERS.search(name.lower())] or all_named
     if not named:
         return None
     ends = {joint.parent for joint in model.joints}

@@ -6,11 +6,14 @@ import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from drake_navbench.inputs.descriptions.launch_text import (
+    argument_of,
+    launch_text,
+    without_remarks,
+)
 from drake_navbench.inputs.descriptions.ros_packages import Packages
-from drake_navbench.typed_files.input_file import read_head_text
 
 LAUNCH_FILE = re.compile(r"launch.*\.(?:py|xml|launch|ya?ml)$|\.launch$")
-LINE_REMARKS = re.compile(r"(?:^|\s)#[^\n]*|<!--[\s\S]*?-->")
 # A folder of which every Python file is a launch file.
 LAUNCH_FOLDER = "launch"
 # Words alone: an expression of a launch file is no value.
@@ -24,9 +27,16 @@ FORMS = (
     r"<arg\s+name=\"{name}\"\s+default=\"{value}\"",
     r"[\"']{name}[\"']\s*:\s*[\"']{value}[\"']",
 )
+# How a launch file passes a value to one that it includes, in Python and XML.
+PASSING = (
+    r"[\"']{name}[\"']\s*:\s*[\"']{value}[\"']",
+    r"<arg\s+name=\"{name}\"\s+value=\"{value}\"",
+)
 # Flags tell simulation from robot: a repository's launch files give both.
 FLAGS = frozenset({"true", "false", "0", "1", "yes", "no"})
 SET = frozenset({"true", "1", "yes"})
+# Words in names of flags that tell a simulation from the robot.
+SIMULATES = re.compile(r"sim|gazebo|(?<![a-z])(?:gz|ign)")
 
 
 # How launch files set an environment variable, or say what it is where nobody has set it.
@@ -58,7 +68,7 @@ def launched_value(name: str, file: Path, packages: Packages) -> tuple[str, Path
 def set_variables(files: Iterable[Path]) -> Iterator[tuple[str, str, Path]]:
     """Yields each environment variable that launch files set, with its value and the file."""
     for file in files:
-        text = LINE_REMARKS.sub("", read_head_text(file))
+        text = launch_text(file)
         for form in VARIABLE_FORMS:
             yield from ((name, value, file) for name, value in form.findall(text))
 
@@ -83,24 +93,61 @@ def chosen_value(name: str, file: Path, packages: Packages) -> tuple[str, Path] 
     return found[0] if len(values) == 1 and not FLAGS & {v.lower() for v in values} else None
 
 
-def launched_flags(names: Iterable[str], file: Path, packages: Packages) -> dict[str, Path]:
-    """Returns a launch file that sets a flag to true, for each flag for which there is one."""
-    found: dict[str, Path] = {}
+def launched_flags(names: Iterable[str], file: Path, packages: Packages) -> dict[str, str]:
+    """Returns the flags that a launch file sets to true, each with a remark that names the file.
+
+    After them come flags of a simulation for which a launch file has an argument, off by default.
+    """
+    found: dict[str, str] = {}
+    simulating: dict[str, str] = {}
     for name in sorted(names):
-        values = _launched_values(name, file, packages)
+        values = (
+            *_launched_values(name, file, packages),
+            *_passed_values(name, file, packages),
+        )
         launch = next((launch for value, launch in values if value.lower() in SET), None)
         if launch is not None:
-            found[name] = launch
-    return found
+            found[name] = f"as in {launch.name}"
+            continue
+        launch = _passing(name, file, packages) if SIMULATES.search(name.lower()) else None
+        if launch is not None:
+            simulating[name] = f"with which {launch.name} simulates (else --set {name}=false)"
+    return found | simulating
+
+
+def _passing(name: str, file: Path, packages: Packages) -> Path | None:
+    """Returns a launch file that passes an argument of its own to a xacro file's argument."""
+    for launch in packages.files(is_launch_file):
+        text = without_remarks(launch)
+        if file.name in text and argument_of(name, text) is not None:
+            return launch
+    return None
 
 
 def _launched_values(name: str, file: Path, packages: Packages) -> Iterator[tuple[str, Path]]:
     """Yields the value in each launch file that names a xacro file and gives one."""
     forms = [re.compile(form.format(name=re.escape(name), value=VALUE)) for form in FORMS]
     for launch in packages.files(is_launch_file):
-        text = read_head_text(launch)
+        text = launch_text(launch)
         if file.name not in text:
             continue
         found = next((said for form in forms if (said := form.search(text))), None)
         if found is not None:
             yield found[1], launch
+
+
+def _passed_values(name: str, file: Path, packages: Packages) -> Iterator[tuple[str, Path]]:
+    """Yields the values that launch files pass to one that gives its own argument to a xacro file.
+
+    Such as 'use_sim': `' sim_mode:=', LaunchConfiguration('use_sim')`, included with
+    `{'use_sim': 'true'}`.
+    """
+    texts = {launch: without_remarks(launch) for launch in packages.files(is_launch_file)}
+    for launch, text in texts.items():
+        argument = argument_of(name, text) if file.name in text else None
+        if argument is None:
+            continue
+        forms = [re.compile(form.format(name=argument, value=VALUE)) for form in PASSING]
+        for user, other in texts.items():
+            if user != launch and launch.name in other:
+                yield from ((value, user) for form in forms for value in form.findall(other))

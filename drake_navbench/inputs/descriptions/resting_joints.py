@@ -59,7 +59,12 @@ def resting_joints(robot: ElementTree.Element, packages: Packages) -> Resting:
     The positions with which ros2_control starts count, else those of a state called `stowed`,
     `home` or the like in an SRDF with this robot's joints; where these are all 0, none is told.
     """
-    joints = [joint for joint in robot.findall("joint") if _is_of_arm(joint)]
+    driven = _driven(robot)
+    joints = [
+        joint
+        for joint in robot.findall("joint")
+        if _is_of_arm(joint) and joint.get("name") not in driven
+    ]
     names = [joint.get("name", "") for joint in joints]
     positions, source = _by_control(robot, names), "as ros2_control starts them"
     if not any(positions.values()) and names:
@@ -82,6 +87,17 @@ def _is_of_arm(joint: ElementTree.Element) -> bool:
     child = joint.find("child")
     words = f"{joint.get('name')} {'' if child is None else child.get('link')}"
     return joint.get("type") in MOVING and NO_ARM.search(words) is None
+
+
+def _driven(robot: ElementTree.Element) -> set[str]:
+    """Returns the joints that a plugin of the base names: those of wheels, whatever their names."""
+    return {
+        (part.text or "").strip()
+        for plugin in robot.iter("plugin")
+        if "drive" in f"{plugin.get('name')} {plugin.get('filename')}".lower()
+        for part in plugin.iter()
+        if part.tag.endswith("_joint")
+    }
 
 
 def _by_control(robot: ElementTree.Element, names: Collection[str]) -> dict[str, float]:

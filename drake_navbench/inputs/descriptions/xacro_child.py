@@ -119,10 +119,9 @@ def _expanded_with(
                     chosen = _scanning(flags, path, content, dict(arguments), missing)
                 if not chosen:
                     break
-                for name, (value, launch) in chosen.items():
+                for name, (value, how) in chosen.items():
                     missing.told.append(
-                        f"argument {name}: {value}, as in {launch.name}; "
-                        f"its own default is {arguments[name]}"
+                        f"argument {name}: {value}, {how}; its own default is {arguments[name]}"
                     )
                 launched |= {name: value for name, (value, _) in chosen.items()}
             except PackageNotFoundError as error:
@@ -153,38 +152,43 @@ def _expanded_with(
 
 def _chosen(
     arguments: _Arguments, given: Set[str], path: Path, packages: Packages
-) -> dict[str, tuple[str, Path]]:
+) -> dict[str, tuple[str, str]]:
     """Returns the values other than their defaults that launch files give arguments not `given`.
 
-    None for an argument that is empty by default, such as a namespace.
+    Each has a remark that names the launch file. None for an argument that is empty by default,
+    such as a namespace.
     """
     found = {
         name: chosen_value(name, path, packages)
         for name in sorted(arguments.declared - given)
         if name in arguments and str(arguments[name]).lower() not in {"", *FLAGS}
     }
-    return {name: told for name, told in found.items() if told and told[0] != arguments[name]}
+    return {
+        name: (told[0], f"as in {told[1].name}")
+        for name, told in found.items()
+        if told and told[0] != arguments[name]
+    }
 
 
 def _scanning(
-    flags: Mapping[str, Path],
+    flags: Mapping[str, str],
     path: Path,
     content: str,
     values: Mapping[str, str],
     missing: _Missing,
-) -> dict[str, tuple[str, Path]]:
-    """Returns the first flag that gives a model a lidar, with its value and launch file; {} else.
+) -> dict[str, tuple[str, str]]:
+    """Returns the first flag that gives a model a lidar, with its value and remark; {} else.
 
-    flags: those that are off by default, and a launch file that sets each. A launch file of a
-    simulation sets one that brings the sensors, and that of the robot does not.
+    flags: those that are off by default, and a remark on the launch file of each. A launch file of
+    a simulation sets one that brings the sensors, and that of the robot does not.
     """
-    for name, launch in flags.items():
+    for name, how in flags.items():
         try:
             text = _expanded(path, content, _Arguments({**values, name: ON}), missing)
         except (InputError, PackageNotFoundError):
             continue
         if SCANS.search(text):
-            return {name: (ON, launch)}
+            return {name: (ON, how)}
     return {}
 
 

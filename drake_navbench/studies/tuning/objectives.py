@@ -95,7 +95,8 @@ def require_random(scenario: str, rows: Sequence[Row], objectives: Sequence[Obje
         raise InputError(
             f"scenario {scenario}: nothing in it is random, so that all its trials are one; "
             "expected one with noise or a varied start, or a robot with noise: a robot file with "
-            "`like: MODEL` and `lidar: {range_std_m: 0.01}`"
+            "`like: MODEL` and `lidar: {range_std_m: 0.01}`; where that changes no drive on a map, "
+            "more --goals, so that each is driven once"
         )
 
 

@@ -326,3 +326,10 @@ def test_a_source_without_a_height_is_told_once_and_by_the_place_where_it_belong
     # A height that is given and too low is another matter.
     low = facts(local_costmap={"plugins": ["obstacle_layer"], **scan(max_obstacle_height=0.1)})
     assert "band-of-heights-misses" in [f.rule.name for f in findings_of(low, Symptom.COLLISION)]
+
+
+def test_a_complaint_in_place_of_a_file_is_told_where_it_goes(tmp_path, capsys):
+    (tmp_path / "nav2.yaml").write_text("controller_server: {ros__parameters: {}}\n")
+    assert main([str(tmp_path / "nav2.yaml"), "it wobbles", "--read-only"]) == 2
+    told = capsys.readouterr().err.strip()
+    assert told == "it wobbles: no such file; a complaint in words goes with --symptom"
