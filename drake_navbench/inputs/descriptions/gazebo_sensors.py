@@ -13,9 +13,9 @@ from drake_navbench.inputs.descriptions.poses import inverse, number, yaw_of
 from drake_navbench.inputs.descriptions.xml_file import text_of
 from drake_navbench.kernels.arrays import Array
 
-# Words in names of links that stand for a lidar where no sensor is described.
 # Words in names of links that hold a sensor.
 HOLDERS = re.compile("rod|mount|bracket|hold|support|plate|pole|post|cover")
+# Words in names of links that stand for a lidar where no sensor is described.
 LIDAR_LINK = re.compile(
     r"(?:^|_)(?:(?:rp?|yd)?lidar|laser|base_scan|scan|hokuyo|livox|ouster|velodyne|sick)(?:_|\d|$)"
 )
