@@ -197,7 +197,7 @@ def _is_by_chance(comparison: PairedComparison, confidence: float) -> bool:
 
 
 def _fewest(comparison: PairedComparison, confidence: float) -> int:
-    """Returns how many differences are needed: three, or some more where they are all equal."""
+    """Returns the least number of differences that may show one: more where all are equal."""
     return fewest_alike(confidence if comparison.sd <= ROUNDING else CONFIDENCE)
 
 
