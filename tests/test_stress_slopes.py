@@ -27,7 +27,7 @@ def arrivals(slopes, **lost) -> pd.DataFrame:
             "seed": seed,
             "outcome": "aborted" if seed < lost.get(name, 0) else "succeeded",
             "reason": "",
-            **dict.fromkeys((metric.name for metric in slopes.METRICS), 1.0),
+            **dict.fromkeys((metric.name for metric in slopes.METRICS), 1.0 + seed),
         }
         for name in ("rpp", "dwb")
         for seed in range(slopes.SEEDS)
