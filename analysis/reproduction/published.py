@@ -315,7 +315,7 @@ def _steps_m(samples: PublishedSamples) -> Array:
 def _distances_m(plan: Array, pose: Array) -> Iterator[Array]:
     """Yields the (B, N) distances between plan poses and driven poses, B plan poses at a time.
 
-    All of a plan of 200 m and a trial of 20 min at once would take 2 GB.
+    All of a plan of 200 m and a trial of 20 min at once would take 1 GB.
     """
     for begin in range(0, len(plan), PLAN_POSES_AT_ONCE):
         some = plan[begin : begin + PLAN_POSES_AT_ONCE, None, :2]

@@ -170,7 +170,7 @@ def test_plan_errors_are_those_of_the_first_plan_to_the_last_bit():
 
 
 def test_plan_errors_of_a_long_trial_take_little_memory():
-    """4000 plan poses and 8696 samples: 280 MB for each column of distances at once."""
+    """4000 plan poses and 8696 samples: all distances at once would take 280 MB."""
     log = make_log(log_times(1000.0), plan=straight_plan(199.95, spacing_m=0.05))
     tracemalloc.start()
     assert published.max_path_error(log) == pytest.approx(199.75)
