@@ -24,7 +24,6 @@ from drake_navbench.analysis.contests import (
     read_matches,
 )
 from drake_navbench.analysis.folder_analysis import FolderAnalysis, analyse_folder, find_logs
-from drake_navbench.analysis.junit import FAILURE, SKIPPED, Case, case_of, junit_text
 from drake_navbench.analysis.metrics.definition import Better
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.pair_verdict import PairVerdict, pair_verdicts
@@ -32,20 +31,12 @@ from drake_navbench.analysis.paired_tests import (
     DEFAULT_LISTED,
     DEFAULT_TOLERANCE,
     OUTCOMES,
-    Family,
     Finding,
     Judged,
     PairedVerdict,
     judge_pairs,
 )
-from drake_navbench.analysis.paired_text import (
-    PROMISE,
-    cells_text,
-    equal_text,
-    lost_lines,
-    table,
-    undecided_sentence,
-)
+from drake_navbench.analysis.paired_text import lost_lines, undecided_sentence
 from drake_navbench.analysis.paired_trials import Contest, LostTrial
 from drake_navbench.analysis.scenario_analysis import LeftOut
 from drake_navbench.errors import InputError, nearest_name_hint
@@ -275,46 +266,6 @@ def _checked(listed: Sequence[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys([*outcomes, *listed])) if listed else ()
 
 
-def to_markdown(comparison: FolderComparison) -> str:
-    """Returns the comparison in Markdown: errors, regressions, undecided losses, all changes."""
-    judged, regressions = comparison.judged, comparison.regressions
-    lines = [f"# Compared with {comparison.baseline}", ""]
-    lines.append(f"Listed metrics: {', '.join(comparison.listed) or 'none'}.")
-    lines += [f"{len(regressions)} of them became worse.", "", f"In all: {comparison.summary}."]
-    lines += ["", equal_text(judged), "", PROMISE, ""]
-    if judged.one_trial_cells:
-        lines += [
-            "All seeds drive one and the same trial, which counts once: "
-            f"{cells_text(judged.one_trial_cells)}.",
-            "",
-        ]
-    for title, told in (
-        ("Ended as an error", lost_lines(comparison.errors)),
-        ("Losses that so few trials do not decide", comparison.undecided_losses),
-    ):
-        if told:
-            lines += [f"## {title}", "", *(f"- {line}" for line in told), ""]
-    undecided = [
-        f for f in judged.of(PairedVerdict.UNDECIDED) if f.quantity.family is Family.LISTED
-    ]
-    for title, chosen in (
-        ("Regressions", regressions),
-        ("Worse", judged.of(PairedVerdict.WORSE)),
-        ("Better", judged.of(PairedVerdict.BETTER)),
-        ("Changed, neither better nor worse", judged.of(PairedVerdict.CHANGED)),
-        ("Listed metrics that so few trials do not decide", undecided),
-    ):
-        if chosen:
-            lines += [f"## {title}", "", *table(chosen), ""]
-    for title, notes in (
-        ("Not compared", comparison.not_compared),
-        ("Driven with other inputs", comparison.changed_inputs),
-    ):
-        if notes:
-            lines += [f"## {title}", "", *(f"- {line}" for line in notes), ""]
-    return "\n".join(lines)
-
-
 def in_short(comparison: FolderComparison) -> str:
     """Returns the comparison in at most MOST_LINES lines: the verdicts and their findings."""
     lines = []
@@ -324,25 +275,6 @@ def in_short(comparison: FolderComparison) -> str:
         left = len(lines) - MOST_LINES + 1
         lines = [*lines[: MOST_LINES - 1], f"... and {left} more lines (--all)"]
     return "\n".join(lines) + "\n"
-
-
-def to_junit(comparison: FolderComparison) -> str:
-    """Returns JUnit XML: one test case for each listed metric, scenario and controller.
-
-    A trial that ended as an error is a failed test case; a trial that could not be compared is a
-    skipped one.
-    """
-    undecided = comparison.judged.undecided_losses
-    cases = [case_of(f, undecided, f.label) for f in comparison.listed_findings]
-    for trial in comparison.errors:
-        place = ".".join(trial[:3])
-        text = f"ended as an error: {trial.reason}"
-        cases.append(Case(place, f"seed {trial.seed}", FAILURE, text))
-    for entry in comparison.unmatched:
-        cases.append(Case(".".join(entry[:3]), "trials", SKIPPED, entry.reason))
-    for file in comparison.left_out:
-        cases.append(Case("files", file.path, SKIPPED, file.reason))
-    return junit_text("drake_navbench.commands.compare", cases)
 
 
 def _unmatched(baseline: pd.DataFrame, other: pd.DataFrame, name: str) -> list[Unmatched]:

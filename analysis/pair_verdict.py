@@ -126,7 +126,7 @@ def _verdict(judged: Judged, label: str, name: str, findings: Sequence[Finding])
     elif changed := pair.of(PairedVerdict.CHANGED):
         text = f"{new} is neither better nor worse than {old}; changed: {_named(changed)}"
     else:
-        text = f"{NO_DIFFERENCE} between {old} and {new}{_needed(pair)}"
+        text = _nothing_shown(pair)
     text = "; ".join([f"{prefix}{text}", *_reservations(pair, is_better=bool(better))])
     in_vain = [f for f in in_order(pair.in_vain) if f.quantity.family is Family.LISTED]
     details = [*_first_ones(worse), *_first_ones(better), *in_vain]
@@ -224,27 +224,35 @@ def _named(findings: Sequence[Finding]) -> str:
     return f"{', '.join(first)} and {last}" if first else last
 
 
-def _needed(pair: _Pair) -> str:
+def _nothing_shown(pair: _Pair) -> str:
     """Returns the largest undecided difference, and the number of pairs that would decide it.
 
     Without one, why there is none: nothing matters, or the pairs differ where neither arrives.
     """
+    text = f"{NO_DIFFERENCE} between {pair.old} and {pair.new}"
     open_ones = in_order(f for f in pair.main if f.verdict is PairedVerdict.UNDECIDED)
     if not open_ones:
         small = any(f.verdict is PairedVerdict.SMALL for f in pair.told)
         undecided = [f for f in pair.told if f.verdict is PairedVerdict.UNDECIDED]
         if small or undecided:
-            return ": what differs is too small to matter" if small else _among(undecided)
+            return text + (": what differs is too small to matter" if small else _among(undecided))
         where = "" if pair.in_vain else ": they differ only where they do not arrive"
-        return f" in {counted(pair.pairs, 'pair')}{where}"
+        return f"{text} in {counted(pair.pairs, 'pair')}{where}"
     finding = open_ones[0]
     quantity, found = finding.quantity, finding.comparison
+    pairs = counted(found.pairs, "pair")
+    text = f"{text} in {pairs}"
+    if all(f.comparison.pairs < f.fewest_differing and not f.is_one_trial for f in pair.told):
+        few = "is" if found.pairs == 1 else "are"
+        text = f"{pairs} {few} too few to show a difference between {pair.old} and {pair.new}"
     if quantity.family is Family.OUTCOMES:
         change = _counts(finding)
     else:
         unit = typeset(quantity.unit)
         change = f"{finding.base_mean:.3g} -> {finding.head_mean:.3g} {unit}".rstrip()
-    text = f" in {counted(found.pairs, 'pair')} ({_word(finding)} {change}"
+    if len({f.scenario for f in pair.told}) > 1:
+        change += f" in {finding.scenario}"
+    text += f" ({_word(finding)} {change}"
     if (needed := finding.trials_needed) is None:
         return f"{text})"
     # A test of ranks needs at least this many pairs, whatever their spread.

@@ -10,8 +10,10 @@ Every statement that one column is better than another is decided here. There ar
 
 A difference must be larger than two bars to matter: 1% of the larger mean, and `Metric.relevant`.
 
-Differences that are all equal have an interval without width, which two or three pairs give by
-chance where values are coarse, as counts are. It counts only from `can_be_certain` on.
+Where a task has two ways past, or values are coarse as counts are, a few differences are equal or
+nearly so by chance, and their interval has hardly any width. So no two pairs show a difference, and
+differences that are all equal show one only from `fewest_alike` on. Why there are two rules:
+docs/verdicts.md.
 """
 
 from __future__ import annotations
@@ -51,13 +53,15 @@ class Gap(NamedTuple):
 
     Two bars say what matters: RELEVANT_RATIO of the larger mean, and `Metric.relevant`. is_shown:
     the whole interval of the gap lies above both bars. is_level: it lies within one of them.
-    is_ahead: it lies above 0, so that the other column is ahead, by however little.
+    is_ahead: it lies above 0, so that the other column is ahead, by however little. fewest: the
+    least number of pairs that may show a gap.
     """
 
     comparison: PairedComparison
     is_shown: bool
     is_level: bool
     is_ahead: bool
+    fewest: int = 1
 
 
 class ComparedPair(NamedTuple):
@@ -86,13 +90,13 @@ def confidence_of_each(count: int) -> float:
     return 1.0 - (1.0 - CONFIDENCE) / max(count, 1)
 
 
-def can_be_certain(pairs: int, confidence: float) -> bool:
-    """Returns whether so many equal differences that are not 0 are no accident.
+def fewest_alike(confidence: float) -> int:
+    """Returns the least number of equal differences that are not 0 and no accident.
 
     Two independent values of one distribution differ by a given amount with a probability of 1/4 at
-    most, and either of the two may be the larger one.
+    most, and either of the two may be the larger one: 2 / 4^pairs is the chance of an accident.
     """
-    return 2.0 * 0.25**pairs <= 1.0 - confidence
+    return math.ceil(0.5 * math.log2(2.0 / (1.0 - confidence)) - ROUNDING)
 
 
 def smallest_p_value(pairs: int, comparisons: int) -> float:
@@ -180,7 +184,7 @@ def compare_every_pair(
 
 
 def _interval_of(comparison: PairedComparison, confidence: float) -> Interval:
-    """Returns Student's interval; undefined where too few pairs are all equal, but not 0."""
+    """Returns Student's interval; undefined where so few differences are alike by chance."""
     if comparison.difference and _is_by_chance(comparison, confidence):
         return UNDEFINED_INTERVAL
     return student_interval(
@@ -189,7 +193,12 @@ def _interval_of(comparison: PairedComparison, confidence: float) -> Interval:
 
 
 def _is_by_chance(comparison: PairedComparison, confidence: float) -> bool:
-    return comparison.sd <= ROUNDING and not can_be_certain(comparison.pairs, confidence)
+    return comparison.pairs < _fewest(comparison, confidence)
+
+
+def _fewest(comparison: PairedComparison, confidence: float) -> int:
+    """Returns the least number of differences that may show one: more where all are equal."""
+    return fewest_alike(confidence if comparison.sd <= ROUNDING else CONFIDENCE)
 
 
 def gap(
@@ -229,6 +238,7 @@ def gap(
             and _interval(gaps + bars, confidence).low >= 0.0
         ),
         is_ahead=not by_chance and found.low > ROUNDING,
+        fewest=1 if is_one_trial else _fewest(comparison, confidence),
     )
 
 

@@ -269,7 +269,9 @@ def _undecided(
     # Only the part of the difference beyond the bar must be shown.
     sign = 1.0 if entry.better is Better.LOWER else -1.0
     excess = sign * found.difference - bar
-    if found.pairs > 1 and excess > 0.0:
+    if 1 < found.pairs < gaps[nearest].fewest:
+        text += f"; so few may be alike by chance: at least {gaps[nearest].fewest} are needed"
+    elif found.pairs > 1 and excess > 0.0:
         needed = trials_needed(found.sd, excess, confidence=confidence)
         if needed > found.pairs:
             text += f"; a difference of this size needs about {needed} trials"

@@ -69,6 +69,7 @@ from drake_navbench.studies.doctor.known_cases import Case, kind_in
 from drake_navbench.studies.doctor.probes import probes_for
 from drake_navbench.studies.doctor.symptoms import MILDER, Symptom
 from drake_navbench.studies.doctor.visit import WEAK
+from drake_navbench.typed_files.output_file import write_text
 
 LISTS = [HERE / "doctor_cases" / f"fresh_{name}.yaml" for name in ("two", "three", "four")]
 ANSWERS, AGAIN = HERE / "doctor_shown.json", HERE / "doctor_again.json"
@@ -180,7 +181,8 @@ def _read(path: Path) -> dict[str, Any]:
 
 
 def _keep(path: Path, key: str, entry: Any) -> None:
-    path.write_text(json.dumps(_read(path) | {key: entry}, indent=1) + "\n", encoding="utf-8")
+    # Hours of drives: a full disk or Ctrl-C must not leave half a file.
+    write_text(path, json.dumps(_read(path) | {key: entry}, indent=1) + "\n")
     print(key, entry, flush=True)
 
 

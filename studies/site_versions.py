@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -33,14 +34,17 @@ def tags() -> list[str]:
 
 
 def build(tree: Path, version: str) -> None:
-    """Builds the site of a tree into the folder of its version."""
+    """Builds the site of a tree into the folder of its version, which appears whole or not."""
     subprocess.run(["make", "--quiet", "-C", str(tree), "package-links"], check=True)
+    begun = FOLDER / f".{version}"
     subprocess.run(
-        [MKDOCS, "build", "--strict", "--site-dir", FOLDER / version],
+        [MKDOCS, "build", "--strict", "--site-dir", begun],
         cwd=tree,
         env=os.environ | {"SITE_VERSIONS": "mike", "NO_MKDOCS_2_WARNING": "1"},
         check=True,
     )
+    shutil.rmtree(FOLDER / version, ignore_errors=True)
+    begun.rename(FOLDER / version)
 
 
 def build_tag(tag: str) -> None:

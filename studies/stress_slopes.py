@@ -3,8 +3,8 @@
 Drives the default controllers through one scenario, clean and with one field of the robot changed
 at a time, 32 seeds each, and compares pair by pair: seed 7 of a controller with the field against
 seed 7 of it without. FOLDER keeps the trials, so that the command goes on where it stopped, and a
-page is made anew from trials that were driven. Writes docs/stress_slopes.md. It takes half an hour
-on two cores.
+page is made anew from trials that were driven. Writes docs/stress_slopes.md and its picture. It
+takes half an hour on two cores.
 """
 
 from __future__ import annotations
@@ -21,18 +21,13 @@ from drake_navbench import run_benchmark
 from drake_navbench.analysis.colors import controller_color
 from drake_navbench.analysis.figures.choice import SVG
 from drake_navbench.analysis.figures.style import figure_style, write_figure
-from drake_navbench.analysis.metrics.registry import all_metrics
-from drake_navbench.analysis.paired_tests import (
-    ALARM_RATES,
-    SUCCESS,
-    TOUCH,
-    Family,
-    Finding,
-    PairedVerdict,
-    judge_pairs,
-)
+from drake_navbench.analysis.paired_comparison import PairedComparison, paired_comparison
+from drake_navbench.analysis.paired_tests import ALARM_RATES, SUCCESS, Family, Finding, judge_pairs
 from drake_navbench.analysis.paired_trials import IDENTITY, Contest
+from drake_navbench.analysis.pairs import holm, smallest_p_value
+from drake_navbench.analysis.statistics import Interval
 from drake_navbench.kernels.percent import PERCENT
+from drake_navbench.typed_files.output_file import write_text, write_whole
 
 PAGE = Path(__file__).parents[1] / "docs" / "stress_slopes.md"
 PICTURE = PAGE.parent / "images" / "stress_slopes"
@@ -65,44 +60,41 @@ AXES = {
 
 
 class Metric(NamedTuple):
-    """A quantity on the page: its name, heading, digits, and the unit it is told in."""
+    """A metric of the picture: its name and its heading."""
 
     name: str
     heading: str
-    digits: int
-    unit: float = 1.0
 
 
-ARRIVED = Metric(SUCCESS, "arrivals", 2, PERCENT)
 METRICS = (
-    ARRIVED,
-    Metric(TOUCH, "touches", 2, PERCENT),
-    Metric("time_to_goal_s", "time to the goal [s]", 2),
-    Metric("min_clearance_m", "least clearance [m]", 3),
-    Metric("cross_track_error_rms_m", "path error, rms [m]", 3),
-    Metric("angular_jerk_rms_radps3", "angular jerk, rms [rad/s³]", 2),
+    Metric("time_to_goal_s", "time to the goal [s]"),
+    Metric("min_clearance_m", "least clearance [m]"),
+    Metric("cross_track_error_rms_m", "path error, rms [m]"),
+    Metric("angular_jerk_rms_radps3", "angular jerk, rms [rad/s³]"),
 )
-COLUMNS = [*IDENTITY, "outcome", "reason", *(metric.name for metric in METRICS[2:])]
+COLUMNS = [*IDENTITY, "outcome", "reason", *(metric.name for metric in METRICS)]
+CELLS = 6 * len(AXES)
 INTRODUCTION = f"""\
 # What each stress does
 
 Made by `python studies/stress_slopes.py FOLDER`: `{SCENARIO}`, {SEEDS} seeds, one field of the
-robot at a time. A number is the mean over the seeds of the metric with the field minus the metric
-without it, in the same seed, with its 95% interval: of arrivals and touches the exact one
-of paired shares, of metrics Student's. Bold: the change is decided, by the exact sign test or
-Wilcoxon's, corrected over all cells of arrivals and touches
-({ALARM_RATES[Family.OUTCOMES]:.0%} for all of them), and over all of metrics
-({ALARM_RATES[Family.LISTED]:.0%}). Divided by the field's value it is the slope.
-Metrics count where both trials arrive; where none does, with or without the field, how they
-failed counts. Who does not arrive in the clean world cannot get worse there. A dash: fewer than
-{FEWEST_PAIRS} pairs.
+robot at a time. A number in the table is the share of arrivals with the field minus the share
+without it, over the same seeds, with the exact 95% interval of paired shares. Bold: the change is
+decided, by the exact sign test, corrected over the {CELLS} cells
+({ALARM_RATES[Family.OUTCOMES]:.0%} for all of them). Divided by the field's value it is the slope.
+A controller that does not arrive in the clean world cannot get worse there.
+
+The picture also has the mean differences of four metrics, with Student's 95% interval over all
+pairs in which both trials have a value. No test corrects these intervals: if no field had any
+effect, about {0.05 * len(METRICS) * CELLS:.0f} of the {len(METRICS) * CELLS} would leave zero out.
 
 ![differences](images/stress_slopes.svg)
-"""
-DECIDED = (PairedVerdict.WORSE, PairedVerdict.BETTER, PairedVerdict.CHANGED)
 
-# By quantity, field and controller.
-Findings = Mapping[tuple[str, str, str], Finding]
+## Arrivals
+"""
+
+# By field and controller.
+Findings = Mapping[tuple[str, str], Finding]
 
 
 def trials_of(folder: Path, name: str, sweeps: list[str]) -> pd.DataFrame:
@@ -111,89 +103,100 @@ def trials_of(folder: Path, name: str, sweeps: list[str]) -> pd.DataFrame:
     if not table.exists():
         trials = run_benchmark([SCENARIO], trials=SEEDS, sweeps=sweeps).trials
         # A sweep names its scenario by the field; here it is the same one.
-        trials.assign(scenario=SCENARIO)[COLUMNS].to_parquet(table, index=False)
+        kept = trials.assign(scenario=SCENARIO)[COLUMNS]
+        write_whole(table, lambda path: kept.to_parquet(path, index=False))
     return pd.read_parquet(table)
 
 
 def judge(clean: pd.DataFrame, stressed: Mapping[str, pd.DataFrame]) -> Findings:
-    """Returns the effect of each field on each controller, corrected over all fields."""
-    names = [metric.name for metric in METRICS]
-    judged = judge_pairs(
-        [Contest(clean, trials, field) for field, trials in stressed.items()],
-        listed=names,
-        metrics=[metric for metric in all_metrics() if metric.name in names],
-        tolerance=0.0,
+    """Returns the effect of each field on the arrivals of each controller."""
+    contests = [Contest(clean, trials, field) for field, trials in stressed.items()]
+    findings = judge_pairs(contests, metrics=()).findings
+    return {(f.label, f.controller): f for f in findings if f.quantity.name == SUCCESS}
+
+
+def decided(found: Findings) -> set[tuple[str, str]]:
+    """Returns the fields and controllers whose change is decided, corrected over all of them."""
+    adjusted = holm(
+        [finding.comparison.p_value for finding in found.values()],
+        [smallest_p_value(finding.differing, 1) for finding in found.values()],
     )
-    return {(f.quantity.name, f.label, f.controller): f for f in judged.findings}
+    rate = ALARM_RATES[Family.OUTCOMES]
+    return {key for key, p_value in zip(found, adjusted, strict=True) if p_value <= rate}
 
 
-def _tells(found: Finding) -> bool:
-    return found.comparison.pairs >= FEWEST_PAIRS and found.verdict in DECIDED
-
-
-def cell(found: Finding, metric: Metric) -> str:
-    """Returns a cell of a table."""
-    if found.comparison.pairs < FEWEST_PAIRS:
-        return "–"
+def cell(found: Finding, *, is_bold: bool) -> str:
+    """Returns a cell of the table."""
     ends = (found.comparison.difference, *found.comparison.interval)
     # Adding 0 turns -0 into 0.
-    mean, low, high = (round(end / metric.unit, metric.digits) + 0.0 for end in ends)
-    digits = metric.digits
-    text = f"{mean:+.{digits}f} [{low:.{digits}f}, {high:.{digits}f}]"
-    return f"**{text}**" if _tells(found) else text
+    mean, low, high = (round(end / PERCENT, 2) + 0.0 for end in ends)
+    text = f"{mean:+.2f} [{low:.2f}, {high:.2f}]"
+    return f"**{text}**" if is_bold else text
 
 
-def picture(found: Findings, controllers: list[str]) -> Figure:
-    """Returns a panel a metric: differences with intervals, a row a field."""
+# The differences of a metric, by field and controller.
+Differences = Mapping[tuple[str, str], PairedComparison]
+
+
+def differences_of(
+    metric: str, clean: pd.DataFrame, stressed: Mapping[str, pd.DataFrame]
+) -> Differences:
+    """Returns the effect of each field on a metric of each controller."""
+    before, *others = (
+        table.set_index(["controller", "seed"])[metric] for table in (clean, *stressed.values())
+    )
+    return {
+        (field, name): paired_comparison(before[name], after[name])
+        for field, after in zip(stressed, others, strict=True)
+        for name in dict.fromkeys(clean["controller"])
+    }
+
+
+def picture(panels: Mapping[str, Differences], controllers: list[str]) -> Figure:
+    """Returns a panel a heading: differences with intervals, a row a field."""
     figure = Figure(figsize=(11.0, 8.0), layout="constrained")
-    panels = figure.subplots(1, len(METRICS), sharey=True)
-    for panel, metric in zip(panels, METRICS, strict=True):
+    drawn = figure.subplots(1, len(panels), sharey=True)
+    for panel, (heading, differences) in zip(drawn, panels.items(), strict=True):
         for row, field in enumerate(AXES):
             for place, controller in enumerate(controllers):
-                own = found[metric.name, field, controller].comparison
+                own = differences[field, controller]
                 if own.pairs < FEWEST_PAIRS:
                     continue
                 y = row + 0.12 * (place - (len(controllers) - 1) / 2)
                 color = controller_color(controller)
-                ends = [end / metric.unit for end in own.interval]
-                panel.plot(ends, [y, y], color=color, linewidth=1.2)
-                label = controller if row == 0 and metric is ARRIVED else None
-                mean = own.difference / metric.unit
-                panel.plot(mean, y, "o", color=color, markersize=3, label=label)
+                panel.plot(own.interval, [y, y], color=color, linewidth=1.2)
+                label = controller if row == 0 and panel is drawn[0] else None
+                panel.plot(own.difference, y, "o", color=color, markersize=3, label=label)
         panel.axvline(0.0, color="black", linewidth=0.6)
-        panel.set_title(metric.heading, fontsize=8)
-    panels[0].set_yticks(
-        range(len(AXES)), [f"{field} = {value:g}" for field, value in AXES.items()]
-    )
-    panels[0].invert_yaxis()
+        panel.set_title(heading, fontsize=8)
+    drawn[0].set_yticks(range(len(AXES)), [f"{field} = {value:g}" for field, value in AXES.items()])
+    drawn[0].invert_yaxis()
     figure.legend(loc="outside lower center", ncols=len(controllers))
     return figure
 
 
-def section(found: Findings, metric: Metric, controllers: list[str]) -> list[str]:
-    """Returns the table of the fields that change this metric of a controller, and the others."""
-    lines = [f"## {metric.heading[0].upper()}{metric.heading[1:]}", ""]
-    lines += [f"| field | {' | '.join(f'`{name}`' for name in controllers)} |"]
+def page(found: Findings, controllers: list[str]) -> str:
+    """Returns the page: a table of the fields that change a controller's arrivals; the others."""
+    told = decided(found)
+    lines = [INTRODUCTION, f"| field | {' | '.join(f'`{name}`' for name in controllers)} |"]
     lines += [f"|{'---|' * (len(controllers) + 1)}"]
-    silent = [
-        field
-        for field in AXES
-        if not any(_tells(found[metric.name, field, name]) for name in controllers)
-    ]
+    silent = [field for field in AXES if not any((field, name) in told for name in controllers)]
     for field, value in AXES.items():
-        cells = [cell(found[metric.name, field, name], metric) for name in controllers]
+        keys = [(field, name) for name in controllers]
+        cells = [cell(found[key], is_bold=key in told) for key in keys]
         if field not in silent:
             lines.append(f"| `{field}` {value:g} | {' | '.join(cells)} |")
     if silent:
         names = ", ".join(f"`{field}`" for field in silent)
         lines += ["", f"No controller is shown to answer to: {names}."]
-    return [*lines, ""]
+    return "\n".join([*lines, ""])
 
 
-def page(found: Findings, controllers: list[str]) -> str:
-    """Returns the page: a table a metric."""
-    sections = (line for metric in METRICS for line in section(found, metric, controllers))
-    return "\n".join([INTRODUCTION, *sections])
+def in_shares(found: PairedComparison) -> PairedComparison:
+    """Returns a comparison in per cent as one in shares."""
+    low, high = found.interval
+    interval = Interval(low / PERCENT, high / PERCENT)
+    return found._replace(difference=found.difference / PERCENT, interval=interval)
 
 
 def main() -> None:
@@ -208,9 +211,11 @@ def main() -> None:
         field: trials_of(folder, field, [f"{field}={value:g}"]) for field, value in AXES.items()
     }
     found = judge(clean, stressed)
+    panels = {"arrivals": {key: in_shares(f.comparison) for key, f in found.items()}}
+    panels |= {metric.heading: differences_of(metric.name, clean, stressed) for metric in METRICS}
     with figure_style():
-        write_figure(picture(found, controllers), PICTURE, [SVG])
-    PAGE.write_text(page(found, controllers), encoding="utf-8")
+        write_figure(picture(panels, controllers), PICTURE, [SVG])
+    write_text(PAGE, page(found, controllers))
 
 
 if __name__ == "__main__":

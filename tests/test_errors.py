@@ -1,11 +1,13 @@
 """What a user sees of an error is a line that a terminal shows as it is."""
 
 import errno
+from pathlib import Path
 
 import pytest
 
 from drake_navbench.errors import (
     MAX_LINE_LENGTH,
+    CannotBeWritten,
     InputError,
     as_line,
     is_machine_fault,
@@ -13,6 +15,7 @@ from drake_navbench.errors import (
     one_line,
     printable,
 )
+from drake_navbench.typed_files.output_file import write_text
 
 
 def test_codes_that_a_terminal_would_obey_are_shown_as_they_are_written():
@@ -77,3 +80,11 @@ def test_of_a_long_list_the_names_most_like_the_given_one_are_told():
 )
 def test_what_the_machine_lacks_is_told_from_what_code_does(error, is_fault):
     assert is_machine_fault(error) is is_fault
+
+
+@pytest.mark.parametrize("name", [".", "..", "/"])
+def test_a_folder_in_place_of_a_file_is_one_line(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(CannotBeWritten, match=r"^\S+: cannot be written: Is a directory$"):
+        write_text(Path(name), "text")
+    assert list(tmp_path.iterdir()) == []

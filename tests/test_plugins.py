@@ -30,6 +30,7 @@ from drake_navbench.navigation.goal_checkers import GOAL_CHECKERS
 from drake_navbench.navigation.planner_settings import PLANNERS, make_planner
 from drake_navbench.navigation.progress_checkers import PROGRESS_CHECKERS
 from drake_navbench.navigation.smoother_settings import SMOOTHERS
+from drake_navbench.plugins.python_file import module_of
 from drake_navbench.typed_files.typed_yaml import validate
 
 KINDS = {
@@ -208,3 +209,11 @@ def test_a_metric_with_a_name_that_exists_leaves_the_built_in_ones_alone(install
 def test_a_metric_of_an_installed_package_follows_the_built_in_themes(install):
     install("theirs", METRICS.group, "mine", METRIC.format(name="my_number"))
     assert list(installed_metrics()) == [*BUILTIN_THEMES, "mine"]
+
+
+def test_an_interrupt_while_a_file_of_the_user_loads_is_an_interrupt(tmp_path):
+    content = b"raise KeyboardInterrupt"
+    with pytest.raises(KeyboardInterrupt):
+        module_of(tmp_path / "slow.py", content, 64 * "0", "metric", "slow.py")
+    with pytest.raises(InputError, match=r"slow\.py: cannot be loaded: .*line 1"):
+        module_of(tmp_path / "slow.py", b"raise SystemExit(3)", 64 * "0", "metric", "slow.py")

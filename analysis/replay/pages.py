@@ -8,14 +8,12 @@ from typing import Any
 
 import numpy as np
 from pydantic import TypeAdapter
-from pydrake.geometry import Rgba
 
 from drake_navbench.analysis.colors import controller_color
 from drake_navbench.analysis.metrics.body import outline_of
 from drake_navbench.analysis.metrics.mission import goals, leads_through_poses
 from drake_navbench.analysis.metrics.movers import movers_of
 from drake_navbench.analysis.metrics.signals import stretches
-from drake_navbench.analysis.replay import intentions
 from drake_navbench.analysis.replay.actors import (
     Pace,
     add_driven_path,
@@ -23,25 +21,20 @@ from drake_navbench.analysis.replay.actors import (
     add_scans,
     base_motion,
 )
-from drake_navbench.analysis.replay.costmaps import (
-    COSTMAP_COLOR,
-    MAX_COSTMAP_TURNS,
-    add_costmaps,
-)
 from drake_navbench.analysis.replay.global_plans import (
-    PLAN_COLOR,
-    PLAN_PATH,
     add_course,
     add_plans_in_force,
 )
-from drake_navbench.analysis.replay.moving_shapes import add_moving
-from drake_navbench.analysis.replay.odometry_frame import cycles_in_world
+from drake_navbench.analysis.replay.layers import (
+    costmap_rows,
+    intention_rows,
+    moving_rows,
+    plan_row,
+)
 from drake_navbench.analysis.replay.page import LegendRow, assemble
 from drake_navbench.analysis.replay.paths import (
     LAYER_COLOR,
-    MOVING_PATH,
     RobotPaths,
-    css_color,
     rgba_of,
 )
 from drake_navbench.analysis.replay.people import add_people
@@ -58,7 +51,6 @@ from drake_navbench.analysis.replay.scene import (
 from drake_navbench.analysis.replay.stage import Stage
 from drake_navbench.analysis.replay.strip import compute_top_ms, strip_of
 from drake_navbench.inputs.world import Obstacle, World
-from drake_navbench.inputs.world_geometry import MOVING_COLOR
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.outcome import Outcome
 from drake_navbench.logs.plans import Plan
@@ -117,10 +109,10 @@ def write_race_replay(
     names = [row.name for row in rows]
     scans = [RobotPaths(name).scan for name in names]
     layers = [
-        _plan_row(),
+        plan_row(),
         LegendRow("lidar hits", LAYER_COLOR, scans),
-        *_moving_rows(stage, logs, pace),
-        *_costmap_rows(stage, logs, pace, max_turns=RACE_MAX_COSTMAPS // len(logs)),
+        *moving_rows(stage, logs, pace),
+        *costmap_rows(stage, logs, pace, max_turns=RACE_MAX_COSTMAPS // len(logs)),
     ]
     page = assemble(
         stage.html(),
@@ -167,11 +159,11 @@ def write_trial_replay(
     layers = [
         LegendRow("robot", row.color, [RobotPaths(row.name).robot]),
         LegendRow("driven path", row.color, [RobotPaths(row.name).driven]),
-        _plan_row(),
+        plan_row(),
         LegendRow("lidar hits", LAYER_COLOR, [RobotPaths(row.name).scan]),
-        *_moving_rows(stage, [log], pace),
-        *_costmap_rows(stage, [log], pace),
-        *_intention_rows(stage, log, pace),
+        *moving_rows(stage, [log], pace),
+        *costmap_rows(stage, [log], pace),
+        *intention_rows(stage, log, pace),
     ]
     page = assemble(
         stage.html(),
@@ -276,69 +268,6 @@ def _add_trial(
     return LegendRow(name, color, [RobotPaths(name).group], detail, is_failure, robot=layer)
 
 
-def _moving_rows(stage: Stage, logs: Sequence[TrialLog], pace: Pace) -> list[LegendRow]:
-    """Draws the moving obstacles, which move alike in all trials, and the people.
-
-    Returns the legend's rows: one for moving obstacles and one for people, if there are any.
-    """
-    end_time_s = max(log.samples["time_s"].iloc[-1] for log in logs)
-    movers = movers_of(logs[0])
-    is_drawn = add_moving(stage, movers, end_time_s=end_time_s, pose_stride=pace.pose_stride)
-    rows = []
-    if is_drawn:
-        color = css_color(Rgba(*MOVING_COLOR))
-        rows.append(LegendRow("moving obstacles", color, [MOVING_PATH]))
-    if any(log.people is not None for log in logs):
-        paths = [RobotPaths(log.info["controller"]).people for log in logs]
-        if len(logs) == 1:
-            rows.append(LegendRow("people", LAYER_COLOR, paths))
-        else:
-            # Shown all at once, they would be as many crowds as there are robots.
-            detail = "each trial has its own"
-            rows.append(
-                LegendRow("people of the chosen one", LAYER_COLOR, paths, detail, is_of_chosen=True)
-            )
-    return rows
-
-
-def _costmap_rows(
-    stage: Stage,
-    logs: Sequence[TrialLog],
-    pace: Pace,
-    *,
-    max_turns: int = MAX_COSTMAP_TURNS,
-) -> list[LegendRow]:
-    """Draws the local costmaps; the page shows the chosen robot's. Returns their legend's row.
-
-    Returns no row where no log has costmaps.
-    """
-    paths = [RobotPaths(log.info["controller"]).costmap for log in logs]
-    is_drawn = [
-        add_costmaps(stage, path, log, pace.turn_period_s, max_turns=max_turns)
-        for log, path in zip(logs, paths, strict=True)
-    ]
-    name = "local costmap" if len(logs) == 1 else "local costmap of the chosen one"
-    row = LegendRow(name, css_color(COSTMAP_COLOR), paths, is_of_chosen=True)
-    return [row] if any(is_drawn) else []
-
-
-def _intention_rows(stage: Stage, log: TrialLog, pace: Pace) -> list[LegendRow]:
-    """Draws the trajectories in a log's diagnostics; returns a legend row for each kind in it."""
-    kinds: list[tuple[str, Any, Rgba]] = [
-        ("prediction", intentions.add_prediction, intentions.PREDICTED_COLOR),
-        ("stop plan", intentions.add_stop, intentions.STOP_COLOR),
-        ("groups", intentions.add_groups, intentions.GROUP_COLOR),
-        ("samples", intentions.add_samples, intentions.SAMPLE_COLORS[0]),
-        ("carrot", intentions.add_carrot, intentions.CARROT_COLOR),
-    ]
-    cycles = cycles_in_world(log)
-    return [
-        LegendRow(name, css_color(rgba), [path])
-        for name, add, rgba in kinds
-        if add(stage, path := f"/{name.replace(' ', '_')}", cycles, pace.turn_period_s)
-    ]
-
-
 def _notes(
     logs: Sequence[TrialLog], layers: Sequence[LegendRow], *, is_race: bool, has_reasons: bool
 ) -> list[str]:
@@ -384,7 +313,3 @@ def _floor_labels(log: TrialLog) -> list[dict[str, Any]]:
             }
         )
     return labels
-
-
-def _plan_row() -> LegendRow:
-    return LegendRow("global plan", css_color(PLAN_COLOR), [PLAN_PATH])

@@ -9,6 +9,7 @@ leg.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +31,7 @@ TIME_TOLERANCE_S = 1e-9
 DROPPED_PLAN_POSES = 4
 MIN_YAW_RATE_RADPS = 0.01
 MIN_RADIUS_M = 0.01
+PLAN_POSES_AT_ONCE = 256
 
 
 @dataclass(frozen=True, eq=False)
@@ -310,20 +312,27 @@ def _steps_m(samples: PublishedSamples) -> Array:
     return steps if samples.is_carried is None else np.where(samples.is_carried, 0.0, steps)
 
 
-def _distances_m(plan: Array, pose: Array) -> Array:
-    """Returns (M, N) distances between plan poses and driven poses."""
-    return np.hypot(*(plan[:, None, :2] - pose[None, :, :2]).transpose(2, 0, 1))
+def _distances_m(plan: Array, pose: Array) -> Iterator[Array]:
+    """Yields the (B, N) distances between plan poses and driven poses, B plan poses at a time.
+
+    All of a plan of 200 m and a trial of 20 min at once would take 1 GB.
+    """
+    for begin in range(0, len(plan), PLAN_POSES_AT_ONCE):
+        some = plan[begin : begin + PLAN_POSES_AT_ONCE, None, :2]
+        yield np.hypot(*(some - pose[None, :, :2]).transpose(2, 0, 1))
 
 
 def _heading_error_deg(log: TrialLog, *, takes_last: bool) -> float:
     samples, plan = published_samples(log), log.course
     if len(plan) == 0:
         raise Undefined("there is no plan")
-    distances = _distances_m(plan, samples.pose)
-    if takes_last:
-        nearest = distances.shape[1] - 1 - distances[:, ::-1].argmin(axis=1)
-    else:
-        nearest = distances.argmin(axis=1)
+    last = len(samples.pose) - 1
+    nearest = np.concatenate(
+        [
+            last - distances[:, ::-1].argmin(axis=1) if takes_last else distances.argmin(axis=1)
+            for distances in _distances_m(plan, samples.pose)
+        ]
+    )
     robot_yaw = np.abs([wrap(yaw) for yaw in samples.pose[nearest, 2]])
     plan_yaw = np.abs([wrap(yaw) for yaw in plan[:, 2]])
     return float(np.degrees(np.abs(robot_yaw - plan_yaw).mean()))
@@ -334,7 +343,8 @@ def _path_errors_m(log: TrialLog) -> Array:
     plan = whole[:-DROPPED_PLAN_POSES]
     if len(plan) == 0:
         raise Undefined(f"the plan has {len(whole)} poses; the last 4 are not looked at")
-    return _distances_m(plan, published_samples(log).pose).min(axis=1)
+    driven = published_samples(log).pose
+    return np.concatenate([distances.min(axis=1) for distances in _distances_m(plan, driven)])
 
 
 def _seen_distances_m(log: TrialLog) -> Array:

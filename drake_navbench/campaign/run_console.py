@@ -78,7 +78,10 @@ def print_tables(
             marks = marks or bool(best)
             print_table(console, metrics_table(trials, scenario, own), title, best=best)
         if marks:
-            console.print(f"{BEST_MARK} shown to be best, with 95% confidence against all others")
+            console.print(
+                f"{BEST_MARK} shown to be best: each star by itself with 95% confidence against "
+                "all others"
+            )
         for suite, table in suite_tables(trials, names).items():
             print_table(console, table, f"{suite}: each controller's means over its own arrivals")
     print_totals(console, totals(trials))

@@ -84,7 +84,7 @@ def build_parser() -> argparse.ArgumentParser:
 
 
 def _compare(arguments: argparse.Namespace) -> int:
-    from drake_navbench.analysis import compare
+    from drake_navbench.analysis import compare, compare_files
     from drake_navbench.analysis.metrics.registry import use_metric_files
     from drake_navbench.analysis.paired_tests import DEFAULT_LISTED
     from drake_navbench.analysis.paired_text import lost_lines, sentence
@@ -98,9 +98,9 @@ def _compare(arguments: argparse.Namespace) -> int:
         matches=arguments.match,
     )
     if arguments.markdown is not None:
-        _write(arguments.markdown, compare.to_markdown(comparison))
+        _write(arguments.markdown, compare_files.to_markdown(comparison))
     if arguments.all or arguments.markdown is None:
-        shown = compare.to_markdown if arguments.all else compare.in_short
+        shown = compare_files.to_markdown if arguments.all else compare.in_short
         _write(None, shown(comparison))
     if arguments.html is not None:
         from drake_navbench.analysis.compare_page import write_compare_page
@@ -108,7 +108,7 @@ def _compare(arguments: argparse.Namespace) -> int:
         write_compare_page(comparison, arguments.html)
         print(f"Open {arguments.html}", file=sys.stderr)
     if arguments.junit is not None:
-        _write(arguments.junit, compare.to_junit(comparison))
+        _write(arguments.junit, compare_files.to_junit(comparison))
     found = {
         "regression": [*lost_lines(comparison.errors), *map(sentence, comparison.regressions)],
         "not decided": comparison.undecided_losses,

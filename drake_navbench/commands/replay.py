@@ -59,6 +59,9 @@ def _replay(arguments: argparse.Namespace) -> None:
         log = worst_trial(log)
     suffix = ".html" if arguments.beside is None else ".beside.html"
     path = arguments.out or log.with_suffix(suffix)
+    for source in (log, arguments.beside, arguments.model):
+        if source is not None and path.resolve() == source.resolve():
+            raise InputError(f"--out {path}: would replace what is drawn; expected another file")
     render(log, path, arguments.model, arguments.beside, tells_why=arguments.why)
     print(path)
 

@@ -18,14 +18,9 @@ from drake_navbench.commands.command_line import (
     print_text,
     whole_number,
 )
-from drake_navbench.commands.run import (
-    add_nav2_files,
-    add_what_drives,
-    add_where,
-    arguments_of,
-    with_package,
-)
-from drake_navbench.commands.run import build_parser as run_parser
+from drake_navbench.commands.run import arguments_of, with_package
+from drake_navbench.commands.run_options import add_nav2_files, add_what_drives, add_where
+from drake_navbench.commands.run_options import build_parser as run_parser
 from drake_navbench.errors import InputError, InputWarning, printable, writing
 
 if TYPE_CHECKING:

@@ -33,7 +33,7 @@ def module_of(path: Path, content: bytes, sha256: str, kind: str, who: str) -> M
             exec(compile(content, str(path), "exec"), module.__dict__)
     except BaseException as error:
         del sys.modules[name]
-        if is_machine_fault(error):
+        if isinstance(error, KeyboardInterrupt) or is_machine_fault(error):
             raise
         where = _line_of(error, path)
         # The file is somebody's code: it may raise anything.

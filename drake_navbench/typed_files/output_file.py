@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -17,8 +18,11 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     A killed process leaves a file with the suffix `UNFINISHED`. Raises CannotBeWritten, as on a
     full disk.
     """
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}{UNFINISHED}")
     with writing(path):
+        if path.is_dir():
+            # Such as '.', beside which no other name stands.
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+        unfinished = path.with_name(f".{path.name}.{os.getpid()}{UNFINISHED}")
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
             write(unfinished)

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import pytest
 from results_folders import measured_folder, write_folder
 
-from drake_navbench.analysis import compare
+from drake_navbench.analysis import compare, compare_files
 from drake_navbench.analysis.compare import compare_folders
 from drake_navbench.analysis.paired_tests import DEFAULT_LISTED, PairedVerdict
 from drake_navbench.commands import compare as command
@@ -56,7 +56,7 @@ def test_the_same_results_are_equal_in_every_trial(folders):
     assert found == {PairedVerdict.EQUAL, PairedVerdict.NO_VALUE}
     # 2 scenarios, 2 controllers, 3 trials.
     assert (comparison.judged.equal, comparison.judged.pairs) == (12, 12)
-    text = compare.to_markdown(comparison)
+    text = compare_files.to_markdown(comparison)
     assert "12 of 12 pairs of trials are equal in outcome and all metrics; equal in every" in text
 
 
@@ -68,7 +68,7 @@ def test_slower_is_worse_in_the_one_trial_that_there_is(folders):
     assert finding.comparison.difference == pytest.approx(0.6, abs=0.02)
     assert finding.comparison.pairs == 1
     assert finding.is_one_trial
-    assert "count" in compare.to_markdown(comparison)
+    assert "count" in compare_files.to_markdown(comparison)
 
 
 def test_three_random_trials_decide_nothing(folders, tmp_path):

@@ -13,6 +13,7 @@ from drake_navbench.analysis.paired_comparison import paired_comparison
 from drake_navbench.analysis.pairs import (
     compare_every_pair,
     confidence_of_each,
+    fewest_alike,
     gap,
     shares_differ,
 )
@@ -81,6 +82,17 @@ def test_one_pair_decides_only_where_nothing_is_random():
     leader, other = pd.Series([10.0, 10.0]), pd.Series([11.0, 11.0])
     assert gap(leader, other, is_higher_better=False, is_one_trial=True).is_shown
     assert not gap(leader[:1], other[:1], is_higher_better=False).is_shown
+
+
+def test_two_pairs_that_are_nearly_alike_show_nothing_and_three_do():
+    leader, other = pd.Series([10.0, 10.0, 10.0]), pd.Series([12.0, 12.01, 12.02])
+    assert not gap(leader[:2], other[:2], is_higher_better=False).is_shown
+    assert gap(leader, other, is_higher_better=False).is_shown
+    (two,) = compare_every_pair({"a": leader[:2], "b": other[:2]})
+    (three,) = compare_every_pair({"a": leader, "b": other})
+    assert (two.is_shown, three.is_shown) == (False, True)
+    # Differences that are all equal need a fourth pair among five rivals: 2 / 4^4 < 1%.
+    assert (fewest_alike(0.95), fewest_alike(0.99)) == (3, 4)
 
 
 def test_two_equal_differences_of_shares_are_no_proof():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -166,6 +167,17 @@ def test_plan_errors_are_those_of_the_first_plan_to_the_last_bit():
     later = [Plan(float(t), plan[10 * t :]) for t in range(1, 6)]
     again = straight_log(plan=plan, plans=[*once.plans, *later], outcome="aborted", end_time_s=6.0)
     assert published_metrics(again) == published_metrics(once)
+
+
+def test_plan_errors_of_a_long_trial_take_little_memory():
+    """4000 plan poses and 8696 samples: all distances at once would take 280 MB."""
+    log = make_log(log_times(1000.0), plan=straight_plan(199.95, spacing_m=0.05))
+    tracemalloc.start()
+    assert published.max_path_error(log) == pytest.approx(199.75)
+    assert published.avg_heading_error_last(log) == 0.0
+    peak_bytes = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak_bytes < 100e6
 
 
 def test_plan_errors_of_a_mission_look_at_the_first_plans_of_all_legs():

@@ -37,6 +37,13 @@ def refused(capsys, *arguments) -> str:
     return told
 
 
+def test_a_page_replaces_none_of_the_files_that_it_draws(path, tmp_path, capsys):
+    content = path.read_bytes()
+    told = refused(capsys, path, "--out", path.parent / "." / path.name)
+    assert told == f"--out {path}: would replace what is drawn; expected another file\n"
+    assert path.read_bytes() == content
+
+
 def test_a_trial_that_cannot_be_driven_again_is_not_explained(path, tmp_path, capsys):
     told = refused(capsys, path, "--why", "--out", tmp_path / "page.html")
     assert told.startswith(f"--why: {path}: ")

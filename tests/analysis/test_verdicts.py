@@ -167,9 +167,22 @@ def test_one_trial_shows_nothing():
     assert "in one trial" in found.text
 
 
+def test_two_trials_show_nothing_and_the_sentence_says_why():
+    """Of two ways past, 10 and 12 s, both columns take either: twice alike in one case of eight."""
+    found = verdict(trials(rpp=[10.0, 10.01], dwb=[12.0, 12.02]), "empty", time_s)
+    assert found.standing is FirstPlace.UNDECIDED
+    assert found.text.endswith(
+        "against rpp in 2 trials; so few may be alike by chance: at least 3 are needed"
+    )
+    three = verdict(trials(rpp=[10.0, 10.01, 10.02], dwb=[12.0, 12.02, 12.0]), "empty", time_s)
+    assert three.best == "rpp"
+
+
 def test_missing_values_are_mentioned():
     found = verdict(
-        trials(rpp=[1.0, 1.0, math.nan], dwb=[2.0, 2.1, 2.0], teb=[math.nan] * 3), "empty", time_s
+        trials(rpp=[1.0] * 3 + [math.nan], dwb=[2.0, 2.1, 2.0, 2.0], teb=[math.nan] * 4),
+        "empty",
+        time_s,
     )
     assert found.best == "rpp"
     assert "rpp lacks some" in found.text
@@ -196,7 +209,7 @@ def test_giving_up_early_is_not_being_quick():
 
 
 def test_where_nobody_succeeds_all_trials_are_compared_but_nobody_is_best():
-    rows = trials(rpp=[1.0, 1.0], dwb=[2.0, 2.1])
+    rows = trials(rpp=[1.0, 1.0, 1.0], dwb=[2.0, 2.1, 2.05])
     rows["outcome"] = "aborted"
     found = verdict(comparable_trials(rows, ["time_s"]), "empty", time_s, anyone_arrived=False)
     assert (found.standing, found.best) == (FirstPlace.NO_CONTEST, None)

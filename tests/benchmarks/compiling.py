@@ -17,16 +17,21 @@ SCENARIO, ROBOT = "static_obstacles", "wheelchair"
 
 def main(columns: tuple[str, ...]) -> None:
     """Drives the first tenth of a second of each column, rehearsed, and prints what it took."""
+    from drake_navbench.errors import InputError
     from drake_navbench.inputs.presets import load_preset
     from drake_navbench.inputs.robot import load_robot
     from drake_navbench.inputs.scenario import load_scenario
     from drake_navbench.trial.spec import TrialSpec
     from drake_navbench.trial.trial import simulate
 
+    try:
+        presets = [load_preset(column) for column in columns]
+    except InputError as error:
+        sys.exit(f"compiling.py: {error}")
     total_s = 0.0
-    for column in columns:
+    for column, preset in zip(columns, presets, strict=True):
         scenario = load_scenario(SCENARIO).model_copy(update={"timeout_s": 0.1})
-        spec = TrialSpec(scenario, load_robot(ROBOT), load_preset(column), seed=1)
+        spec = TrialSpec(scenario, load_robot(ROBOT), preset, seed=1)
         begun_s = time.process_time()
         simulate(spec)
         taken_s = time.process_time() - begun_s

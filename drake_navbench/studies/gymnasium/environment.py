@@ -152,6 +152,7 @@ class NavigationEnvironment(gymnasium.Env[Seen, NDArray[np.float32]]):
             turn_change_radps=command[1] - self._last_turn_radps,
             has_reached=has_reached,
             has_collided=has_collided,
+            time_left_s=(self._max_steps - self._steps) * self._period_s,
         )
         self._last_turn_radps = float(command[1])
         self._measure()

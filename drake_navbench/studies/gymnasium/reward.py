@@ -36,7 +36,9 @@ class RewardWeights(FrozenModel):
         -0.01, description="Each rad/s by which the commanded yaw rate changes (smoothness)."
     )
     reached: Number = Field(5.0, description="For reaching the goal (success_rate).")
-    collided: Number = Field(-5.0, description="For touching something.")
+    collided: Number = Field(
+        -5.0, description="For touching something, besides `time` for all of the episode's rest."
+    )
 
 
 class Moment(NamedTuple):
@@ -66,18 +68,22 @@ def step_reward(
     turn_change_radps: float,
     has_reached: bool,
     has_collided: bool,
+    time_left_s: float,
 ) -> float:
-    """Returns the reward of a step.
+    """Returns the reward of a step; time_left_s: from the step's end to the episode's time limit.
 
     progress (d - d') + heading (h - h') + time dt + nearness max(0, 1 - c'/near_m) dt
     + turning |dw| + reached or collided, with h = |heading error| exp(-(d/heading_within_m)^2 / 2).
+    A touch also costs `time` for the time left: else who touches something at once would be better
+    off than who stands still, clear of obstacles, until the time limit.
     """
     nearness = max(0.0, 1.0 - after.clearance_m / weights.near_m)
     reward = weights.progress * (before.distance_m - after.distance_m)
     reward += weights.heading * (_heading_left(weights, before) - _heading_left(weights, after))
     reward += (weights.time + weights.nearness * nearness) * duration_s
     reward += weights.turning * abs(turn_change_radps)
-    return reward + weights.reached * has_reached + weights.collided * has_collided
+    touch = weights.collided + min(weights.time, 0.0) * time_left_s
+    return reward + weights.reached * has_reached + touch * has_collided
 
 
 def _heading_left(weights: RewardWeights, at: Moment) -> float:

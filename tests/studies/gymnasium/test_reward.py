@@ -14,9 +14,11 @@ FAR = Moment(distance_m=4.0, heading_error_rad=1.0, clearance_m=1.0)
 
 
 def reward(weights, before=FAR, after=FAR, **values):
-    asked = {"turn_change_radps": 0.0, "has_reached": False, "has_collided": False} | values
+    asked = {"turn_change_radps": 0.0, "has_reached": False, "has_collided": False}
     given = RewardWeights(**(NOTHING | weights))
-    return step_reward(given, before, after, duration_s=0.1, **asked)
+    return step_reward(
+        given, before, after, duration_s=0.1, **(asked | {"time_left_s": 0.0} | values)
+    )
 
 
 def test_a_moment_is_measured_to_the_goal():
@@ -40,6 +42,15 @@ def test_a_moment_is_measured_to_the_goal():
 )
 def test_each_part_counts_by_its_weight(weights, values, expected):
     assert reward(weights, **values) == pytest.approx(expected)
+
+
+def test_touching_something_at_once_is_worse_than_standing_still_until_the_time_limit():
+    """120 s at -0.05 a second are -6; the touch costs 5 besides, and gains no time."""
+    standing = sum(reward({"time": -0.05}) for _ in range(1200))
+    touching = reward({"time": -0.05}, has_collided=True, time_left_s=119.9)
+    assert (standing, touching) == (pytest.approx(-6.0), pytest.approx(-11.0))
+    # A weight that rewards each second, as for staying alive, gives none for the rest.
+    assert reward({"time": 0.05}, has_collided=True, time_left_s=119.9) == pytest.approx(-4.995)
 
 
 def test_the_heading_counts_at_the_goal_and_hardly_far_away():
