@@ -56,3 +56,12 @@ def test_a_source_says_what_its_sensor_is_or_else_its_name_does(
     layer = f"observation_sources: {names}, {names}: {{clearing: true, {model_type}}}"
     sensor = setup_of(COLUMN, LOCAL % (SEEING % (STVL, layer))).robot.depth_sensors[names]
     assert (sensor.horizontal_fov_rad > 6.0) is looks_around
+
+
+@pytest.mark.parametrize(
+    ("name", "yaw"), [("right_camera", -1.5708), ("upright_camera", 0.0), ("bright_camera", 0.0)]
+)
+def test_a_side_is_a_word_and_no_part_of_upright(setup_of, name, yaw):
+    layer = f"observation_sources: {name}, {name}: {{clearing: true}}"
+    sensor = setup_of(COLUMN, LOCAL % (SEEING % (STVL, layer))).robot.depth_sensors[name]
+    assert sensor.pose[2] == pytest.approx(yaw, abs=1e-4)
