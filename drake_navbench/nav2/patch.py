@@ -8,6 +8,7 @@ nothing else may have changed, as it would where several nodes share a value by 
 from __future__ import annotations
 
 import difflib
+import io
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -90,7 +91,8 @@ def difference(name: str, before: str, after: str, *, around: int = 3) -> str:
 
     name: the file's. around: number of lines before and behind each change.
     """
-    old, new = before.splitlines(keepends=True), after.splitlines(keepends=True)
+    # Lines as `patch` counts them, to which a form feed is no end.
+    old, new = ([*io.StringIO(text, newline="\n")] for text in (before, after))
     lines = difflib.unified_diff(old, new, name, name, n=around)
     return "".join(line if line.endswith("\n") else line + UNENDED for line in lines)
 
