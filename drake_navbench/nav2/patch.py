@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import difflib
 import io
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -33,6 +34,8 @@ SHORT_NODES = {
     "global_costmap": "global_costmap/global_costmap",
 }
 
+# An end of a line that is not one of Windows.
+PLAIN_END = re.compile(r"(?<!\r)\n")
 # The mark of a line that ends its file without an end of line.
 UNENDED = "\n\\ No newline at end of file\n"
 
@@ -127,7 +130,9 @@ def _set(text: str, place: Place, value: Any, path: Path) -> str:
         value = _of_the_same_type(value, found.value)
         if _is_same(found.value, value):
             return text
+    is_of_windows = "\r\n" in text and not PLAIN_END.search(text)
     for attempt in _attempts(text, place, value, sections):
+        attempt = PLAIN_END.sub("\r\n", attempt) if is_of_windows else attempt
         if _changes_only(text, attempt, place, value, path):
             return attempt
     raise InputError(

@@ -249,3 +249,15 @@ def test_a_form_feed_ends_no_line_of_a_patch():
     before = "# A\x0cB\u2028C\nwidth: 3\n"
     lines = difference("a.yaml", before, before.replace("3", "4")).split("\n")
     assert lines[2:] == ["@@ -1,2 +1,2 @@", " # A\x0cB\u2028C", "-width: 3", "+width: 4", ""]
+
+
+@pytest.mark.parametrize(
+    "place", ["controller_server.FollowPath.min_vel", "smoother.a.b", "local_costmap.height"]
+)
+def test_added_lines_end_as_those_of_a_file_of_windows(place):
+    text = TEXT.replace(
+        "local_costmap:\n  local", "smoother: {ros__parameters: {}}\nlocal_costmap:\n  local"
+    )
+    plain = patched(text, {place: 1.5}, FILE)
+    windows = patched(text.replace("\n", "\r\n"), {place: 1.5}, FILE)
+    assert windows == plain.replace("\n", "\r\n") != text
