@@ -310,9 +310,9 @@ class Request(FrozenModel):
         given = _goal_file(task)
         for name in task.worlds:
             around = [pose for pose in (task.start, task.goal) if pose is not None]
-            if given is not None:
-                given = _in_world(given, Path(name), self._folders)
-                around += [place.pose.standing for place in given.places]
+            here = None if given is None else _in_world(given, Path(name), self._folders)
+            if here is not None:
+                around += [place.pose.standing for place in here.places]
             world = load_gazebo_world(
                 Path(name),
                 lidar_m=robot.lidar.height_m,
@@ -325,10 +325,10 @@ class Request(FrozenModel):
             if task.start is not None and task.goal is not None:
                 given_task = scenario_in_world(world, task.start, task.goal, map_file=known)
                 scenarios.append(with_time(given_task, [robot, *further]))
-            elif given is not None:
+            elif here is not None:
                 robots = [robot, *further]
                 scenarios += given_world_tasks(
-                    given, world, robots, start=task.start, map_file=known
+                    here, world, robots, start=task.start, map_file=known
                 )
             else:
                 count = task.goals or 1

@@ -24,7 +24,7 @@ from drake_navbench.kernels.grid import Grid
 from drake_navbench.kernels.rasterize import mark_polygon
 from drake_navbench.navigation.costmaps.map_file import OccupancyMap
 from drake_navbench.navigation.costmaps.map_image import OCCUPIED, UNKNOWN
-from drake_navbench.typed_files.quantities import Pose
+from drake_navbench.typed_files.quantities import MAX_LENGTH_M, Pose
 from drake_navbench.typed_files.typed_yaml import validate
 
 __all__ = ["GazeboWorld", "is_world", "load_gazebo_world", "scenario_in_world"]
@@ -237,6 +237,9 @@ def _person(actor: Actor) -> dict[str, Any]:
 
 def _why_not_walking(person: Mapping[str, Any], solid: BaseGeometry) -> str:
     """Returns why somebody cannot walk among obstacles as an actor does, through them; or ''."""
+    farthest_m = max(abs(x) for place in (person["start"], *person["goals"]) for x in place)
+    if farthest_m > MAX_LENGTH_M:
+        return f"goes {farthest_m:g} m from the world's origin, farther than {MAX_LENGTH_M:g} m"
     walker = Person(**person)
     if solid.intersects(shapely.Point(walker.start).buffer(walker.radius_m)):
         return f"starts inside an obstacle, at {list(walker.start)}"

@@ -355,12 +355,13 @@ def _in_radians(found: GoalFile) -> GoalFile:
     told = [*found.told]
     places, start = found.places, found.start
     yaws = [p.pose.yaw for p in places if p.pose.yaw is not None]
-    begun = [] if start is None or start.yaw is None else [start.yaw]
-    most = max(map(abs, [*yaws, *begun]), default=0.0)
+    poses = [*(place.pose for place in places), *([] if start is None else [start])]
+    most = max((abs(pose.yaw or 0.0) for pose in poses if pose.is_unit_open), default=0.0)
     if most > MOST_RAD:
         told.append(f"{found.path}: headings of up to {most:g} are taken as degrees")
-        places = tuple(place._replace(pose=_turned(place.pose)) for place in places)
-        start = None if start is None else _turned(start)
+    unit = math.radians(1.0) if most > MOST_RAD else 1.0
+    places = tuple(place._replace(pose=_in_unit(place.pose, unit)) for place in places)
+    start = None if start is None else _in_unit(start, unit)
     if len(yaws) < len(places):
         which = "no place has" if not yaws else f"{len(yaws)} of {len(places)} places have"
         told.append(
@@ -370,8 +371,11 @@ def _in_radians(found: GoalFile) -> GoalFile:
     return found._replace(places=places, start=start, told=tuple(told))
 
 
-def _turned(pose: FoundPose) -> FoundPose:
-    return pose if pose.yaw is None else pose._replace(yaw=math.radians(pose.yaw))
+def _in_unit(pose: FoundPose, unit_rad: float) -> FoundPose:
+    """Returns a pose with its heading in rad; unit_rad: that of a heading without a unit."""
+    if pose.yaw is None or not pose.is_unit_open:
+        return pose
+    return pose._replace(yaw=pose.yaw * unit_rad, is_unit_open=False)
 
 
 def _taken(count: int, total: int, which: str) -> str:

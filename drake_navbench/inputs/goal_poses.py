@@ -27,7 +27,8 @@ OF_QUATERNION = re.compile(
 POSITIONS = ("position", "point", "translation", "location", "coordinates", "coords", "xy", "pos")
 ORIENTATIONS = ("orientation", "quaternion", "rotation", "quat", "orientation_rpy", "rpy")
 POSES = ("pose", "goal", "target", "waypoint", "goal_pose", "target_pose", "pose_stamped", "center")
-YAWS = ("yaw", "theta", "th", "heading", "psi", "angle", "phi", "direction", "h", "a", "rz", "rot")
+# A heading by one of the first four names is a number; other names may stand for something else.
+YAWS = ("yaw", "theta", "heading", "psi", "th", "angle", "phi", "direction", "h", "a", "rz", "rot")
 DEGREES = re.compile(r"[_\s]*[\[(]?(deg|degrees?)[\])]?$")
 UNITS = re.compile(r"(?:_(?:m|rad))?(?:\s*[\[(](?:m|met(?:er|re)s?|rad|radians?)[\])])?$")
 LATITUDES, LONGITUDES = ("latitude", "lat"), ("longitude", "lon", "lng", "long")
@@ -41,17 +42,31 @@ class FoundPose(NamedTuple):
     """A place, x and y in m, and its heading in rad; None where the file has none.
 
     is_on_earth: x is a longitude and y a latitude, in degrees; `goal_on_earth.py` makes them m.
+    is_unit_open: whether the file does not tell the unit of the heading, which is in rad only if
+    the headings of other places do not show degrees.
     """
 
     x: float
     y: float
     yaw: float | None = None
     is_on_earth: bool = False
+    is_unit_open: bool = False
 
     @property
     def standing(self) -> Pose:
         """The pose, at a yaw of 0 if the file has none."""
         return self.x, self.y, self.yaw or 0.0
+
+    def facing(self, turn: Turn | None) -> FoundPose:
+        """Returns the pose with a heading, itself where it is None."""
+        return self if turn is None else self._replace(yaw=turn.yaw, is_unit_open=turn.is_unit_open)
+
+
+class Turn(NamedTuple):
+    """A heading, as in `FoundPose`."""
+
+    yaw: float
+    is_unit_open: bool = False
 
 
 def number_of(value: Any) -> float | None:
@@ -81,7 +96,7 @@ def pose_of(value: Any, where: str) -> FoundPose | None:
         position, turn = value
         if len(position) in (2, 3) and len(turn) == 4:
             x, y = (float(number_of(one) or 0.0) for one in position[:2])
-            return checked(FoundPose(x, y, _yaw_of(turn, where)), where)
+            return checked(FoundPose(x, y).facing(_turn_of(turn, where)), where)
     return None
 
 
@@ -92,10 +107,12 @@ def pose_of_numbers(numbers: Sequence[Any], where: str, *, has_quaternions: bool
     """
     x, y, *rest = (float(number_of(one) or 0.0) for one in numbers)
     if len(rest) == 2 and has_quaternions:
-        return checked(FoundPose(x, y, _yaw_of([0.0, 0.0, *rest], where)), where)
-    if len(rest) == 5:
-        return checked(FoundPose(x, y, _yaw_of(rest[1:], where)), where)
-    return checked(FoundPose(x, y, rest[-1] if rest else None), where)
+        turn = _turn_of([0.0, 0.0, *rest], where)
+    elif len(rest) == 5:
+        turn = _turn_of(rest[1:], where)
+    else:
+        turn = Turn(rest[-1], is_unit_open=True) if rest else None
+    return checked(FoundPose(x, y).facing(turn), where)
 
 
 def ends_in_quaternion(numbers: Sequence[Any]) -> bool:
@@ -147,20 +164,20 @@ def _pose_of_mapping(value: Mapping[str, Any], where: str) -> FoundPose | None:
     longitude = next((named[name] for name in LONGITUDES if name in named), None)
     if latitude and longitude and "x" not in value:
         y, x = (_required(value, name, where, "degrees") for name in (latitude, longitude))
-        return checked(FoundPose(x, y, turn, is_on_earth=True), where)
+        return checked(FoundPose(x, y, is_on_earth=True).facing(turn), where)
     for begin in OF_POSITION:
         if f"{begin}x" in value and f"{begin}y" in value:
             x, y = (_required(value, f"{begin}{axis}", where) for axis in "xy")
-            return checked(FoundPose(x, y, turn), where)
+            return checked(FoundPose(x, y).facing(turn), where)
     for name in POSITIONS:
         inner = value.get(name)
         if is_numbers(inner):
             x, y = (float(number_of(one) or 0.0) for one in inner[:2])
-            return checked(FoundPose(x, y, turn), where)
+            return checked(FoundPose(x, y).facing(turn), where)
         if isinstance(inner, Mapping):
             found = _pose_of_mapping(_renamed(inner), below(where, name))
             if found is not None:
-                return found if turn is None else found._replace(yaw=turn)
+                return found.facing(turn)
     for name in POSES:
         inner = value.get(name)
         if is_numbers(inner):
@@ -169,7 +186,7 @@ def _pose_of_mapping(value: Mapping[str, Any], where: str) -> FoundPose | None:
         else:
             found = pose_of(inner, below(where, name))
         if found is not None:
-            return found if turn is None else found._replace(yaw=turn)
+            return found.facing(turn)
     return None
 
 
@@ -180,43 +197,48 @@ def _required(value: Mapping[str, Any], name: str, where: str, unit: str = "m") 
     return found
 
 
-def _turn_in(value: Mapping[str, Any], where: str) -> float | None:
-    """Returns the heading that a mapping has beside its position, rad; None without one."""
+def _turn_in(value: Mapping[str, Any], where: str) -> Turn | None:
+    """Returns the heading that a mapping has beside its position; None without one."""
     for name in ORIENTATIONS:
         turn = value.get(name)
         if isinstance(turn, list) and len(turn) == 4 and isinstance(value.get("pose"), list):
             # The form of Nav2's panel in RViz, which writes w first.
             turn = [*turn[1:], turn[0]]
         if isinstance(turn, Mapping | list | int | float):
-            return _yaw_of(turn, below(where, name))
+            return _turn_of(turn, below(where, name))
     for name in value:
         found = OF_QUATERNION.fullmatch(name)
         if found is not None:
             begin, end = found[1] or "", found[2] or ""
-            return _yaw_of({a: value.get(f"{begin}{a}{end}", 0.0) for a in "xyzw"}, where)
+            return _turn_of({a: value.get(f"{begin}{a}{end}", 0.0) for a in "xyzw"}, where)
     for name, one in value.items():
-        degrees = DEGREES.search(name)
-        if (DEGREES.sub("", name) in YAWS) and (yaw := number_of(one)) is not None:
-            return math.radians(yaw) if degrees else yaw
+        plain = DEGREES.sub("", name)
+        if plain in YAWS and (yaw := number_of(one)) is not None:
+            return Turn(yaw, is_unit_open=True) if plain == name else Turn(math.radians(yaw))
+        if plain in YAWS[:4] and one not in (None, ""):
+            unit = "rad" if plain == name else "degrees"
+            raise InputError(f"{below(where, name)}: got {one!r}; expected a number, in {unit}")
     if {"z", "w"} <= value.keys() and ends_in_quaternion([0.0, 0.0, value["z"], value["w"]]):
-        return _yaw_of({"z": value["z"], "w": value["w"]}, where)
+        return _turn_of({"z": value["z"], "w": value["w"]}, where)
     return None
 
 
-def _yaw_of(turn: Any, where: str) -> float | None:
-    """Returns the yaw of an orientation, rad: a number, roll, pitch and yaw, or a quaternion.
+def _turn_of(turn: Any, where: str) -> Turn | None:
+    """Returns the yaw of an orientation: a number, roll, pitch and yaw, or a quaternion.
 
-    Returns None for a quaternion of zeros, which is none. Raises InputError where it tilts.
+    Returns None for a quaternion of zeros, which is none. Raises InputError where it tilts, or has
+    a part that is no number.
     """
     if isinstance(turn, Mapping):
         if "w" not in turn:
             return _turn_in(_renamed(turn), where)
         turn = [turn.get(axis, 0.0) for axis in "xyzw"]
-    if not isinstance(turn, list):
-        return number_of(turn)
-    numbers = [number_of(one) or 0.0 for one in turn]
+    parts = [number_of(one) for one in (turn if isinstance(turn, list) else [turn])]
+    numbers = [one for one in parts if one is not None]
+    if len(numbers) < len(parts):
+        raise InputError(f"{shown(where)}: got {turn}; expected numbers")
     if len(numbers) != 4:
-        return numbers[-1] if numbers else None
+        return Turn(numbers[-1], is_unit_open=True) if numbers else None
     length = math.hypot(*numbers)
     if length == 0.0:
         return None
@@ -226,4 +248,4 @@ def _yaw_of(turn: Any, where: str) -> float | None:
             f"{shown(where)}: a quaternion x {x:.3g}, y {y:.3g}, z {z:.3g}, w {w:.3g} tilts; "
             "expected that of a robot on the floor, in this order, with x and y of 0"
         )
-    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    return Turn(math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))

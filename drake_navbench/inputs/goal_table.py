@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -54,7 +55,12 @@ def _is_comment(line: str) -> bool:
 
 def _cells(line: str) -> list[str]:
     separator = next((one for one in SEPARATORS if one in line), None)
-    return [cell.strip().strip("\"'") for cell in line.split(separator)]
+    is_quoted = '"' in line and line.count('"') % 2 == 0 and len(line) < csv.field_size_limit()
+    if separator is not None and is_quoted:
+        cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
+    else:
+        cells = line.split(separator)
+    return [cell.strip().strip("\"'") for cell in cells]
 
 
 def _named(row: _Row, names: Sequence[str], path: Path) -> Place:

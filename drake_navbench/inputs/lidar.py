@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from drake_navbench.typed_files.quantities import Angle, Length, Period, require_order
 from drake_navbench.typed_files.typed_yaml import QuietModel
+
+# The most by which 2 pi is off when it is rounded to four digits or more, rad.
+ROUNDING_RAD = 2e-5
 
 
 class LidarSettings(QuietModel):
@@ -90,6 +93,13 @@ class LidarSettings(QuietModel):
     def delays_s(self) -> dict[str, float]:
         """The largest delays of the readings, s, by field."""
         return {}
+
+    @field_validator("angle_span_rad", mode="before")
+    @classmethod
+    def _all_round(cls, value: Any) -> Any:
+        turn_rad = 2.0 * math.pi
+        is_turn = isinstance(value, float) and abs(value - turn_rad) < ROUNDING_RAD
+        return turn_rad if is_turn else value
 
     @model_validator(mode="after")
     def _check(self) -> LidarSettings:

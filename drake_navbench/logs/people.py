@@ -53,9 +53,9 @@ def people_columns(
 
 def read_people(table: pa.Table) -> LoggedPeople | None:
     """Returns the people of a log table, None where there are none; raises ValueError."""
-    if "people" not in table.column_names:
+    column = table["people"] if "people" in table.column_names else pa.chunked_array([], pa.null())
+    if column.null_count == len(column):
         return None
-    column = table["people"]
     is_there = column.is_valid().to_numpy()
     times = table["time_s"].to_numpy()[is_there]
     poses = np.array(column.drop_null().to_pylist(), dtype=float)

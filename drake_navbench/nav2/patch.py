@@ -8,6 +8,8 @@ nothing else may have changed, as it would where several nodes share a value by 
 from __future__ import annotations
 
 import difflib
+import io
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -32,6 +34,8 @@ SHORT_NODES = {
     "global_costmap": "global_costmap/global_costmap",
 }
 
+# An end of a line that is not one of Windows.
+PLAIN_END = re.compile(r"(?<!\r)\n")
 # The mark of a line that ends its file without an end of line.
 UNENDED = "\n\\ No newline at end of file\n"
 
@@ -90,7 +94,8 @@ def difference(name: str, before: str, after: str, *, around: int = 3) -> str:
 
     name: the file's. around: number of lines before and behind each change.
     """
-    old, new = before.splitlines(keepends=True), after.splitlines(keepends=True)
+    # Lines as `patch` counts them, to which a form feed is no end.
+    old, new = ([*io.StringIO(text, newline="\n")] for text in (before, after))
     lines = difflib.unified_diff(old, new, name, name, n=around)
     return "".join(line if line.endswith("\n") else line + UNENDED for line in lines)
 
@@ -125,7 +130,9 @@ def _set(text: str, place: Place, value: Any, path: Path) -> str:
         value = _of_the_same_type(value, found.value)
         if _is_same(found.value, value):
             return text
+    is_of_windows = "\r\n" in text and not PLAIN_END.search(text)
     for attempt in _attempts(text, place, value, sections):
+        attempt = PLAIN_END.sub("\r\n", attempt) if is_of_windows else attempt
         if _changes_only(text, attempt, place, value, path):
             return attempt
     raise InputError(

@@ -35,7 +35,11 @@ LIDAR_SIGHT: Mapping[str, Any] = {
     "range_max_m": 12.0,
 }
 # Yaw of a sensor's axis by a word in its name; with two words, the yaw halfway between theirs.
-DIRECTIONS = {"left": 0.5 * math.pi, "right": -0.5 * math.pi}
+DIRECTIONS = (
+    (re.compile("left", re.I), 0.5 * math.pi),
+    # Neither "upright" nor "bright" is a side.
+    (re.compile("(?<!up)(?<!b)right", re.I), -0.5 * math.pi),
+)
 FRONT, REAR = re.compile("front", re.I), re.compile("back|rear", re.I)
 
 
@@ -186,7 +190,7 @@ def _is_around(sensor: DepthSensorSettings) -> bool:
 
 def _heading(names: str) -> float:
     """Returns the yaw of a sensor's axis in the base frame, rad, guessed from its names."""
-    side = next((yaw for word, yaw in DIRECTIONS.items() if word in names.lower()), 0.0)
+    side = next((yaw for word, yaw in DIRECTIONS if word.search(names)), 0.0)
     if REAR.search(names):
         return math.copysign(math.pi - 0.5 * abs(side), side) if side else math.pi
     return 0.5 * side if side and FRONT.search(names) else side

@@ -186,14 +186,18 @@ def _search_cells(
         )
     if status == astar.START_OCCUPIED:
         raise StartOccupied("start: its cell is blocked")
+    is_since_jazzy = parameters.nav2_release >= Release.JAZZY
     if status == astar.ITERATION_LIMIT:
-        raise PlannerTimedOut(f"no path within max_iterations = {parameters.max_iterations}")
+        limit = f"no path within max_iterations = {parameters.max_iterations}"
+        if expansions == 1 and is_since_jazzy:
+            raise StartOccupied(f"start: {limit}, which Nav2 takes for a blocked start")
+        raise PlannerTimedOut(limit)
     if status == astar.EXPANSION_BUDGET_SPENT:
         limit = f"no path within max_planning_time = {parameters.max_planning_time:g} s"
         if parameters.report_time_limit_as_timeout:
             raise PlannerTimedOut(limit)
         raise NoValidPathCouldBeFound(limit)
-    if expansions == 1 and parameters.nav2_release >= Release.JAZZY:
+    if expansions == 1 and is_since_jazzy:
         raise StartOccupied("start: every neighbour of its cell is blocked")
     raise NoValidPathCouldBeFound(f"goal: not reachable, after {expansions} expansions")
 

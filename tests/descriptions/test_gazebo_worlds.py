@@ -223,6 +223,16 @@ def test_an_actor_that_obstacles_do_not_hinder_is_left_out_and_told(tmp_path, fi
     assert len(found.obstacles) == 1
 
 
+def test_an_actor_that_goes_farther_than_any_robot_is_left_out_and_told(tmp_path):
+    points = "".join(
+        f"<waypoint><time>{t}</time><pose>{x} 5 900 0 0 0</pose></waypoint>"
+        for t, x in ((0, 0), (200, 20000))
+    )
+    actor = f'<actor name="jet"><script><trajectory id="0">{points}</trajectory></script></actor>'
+    with pytest.warns(InputWarning, match="actor jet, which goes 20000 m from the world's origin"):
+        assert not load(tmp_path, ROOM + actor).persons
+
+
 def test_what_is_left_out_is_told(tmp_path):
     robot = (
         '<model name="burger"><link name="l"/>'

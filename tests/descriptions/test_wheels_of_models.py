@@ -425,6 +425,30 @@ def test_a_plugin_that_moves_the_body_reads_nothing_of_its_wheels(tmp_path):
     assert found.values["wheel_separation_m"] == pytest.approx(0.4)
 
 
+def test_a_plugin_that_flies_is_no_drive(tmp_path):
+    plugin = (
+        '<gazebo><plugin filename="libmulticopter-velocity-control.so" name="d"/></gazebo>'
+        '<gazebo><plugin filename="libdiff-drive-system.so" name="e"/></gazebo>'
+    )
+    wheels = [wheel(n, y, CYLINDER.format(0.1)) for n, y in (("left", 0.2), ("right", -0.2))]
+    assert drive(robot(tmp_path, *wheels, plugin)).kind == DIFFERENTIAL
+
+
+@pytest.mark.parametrize("caster", ["front_caster", "front_castor"])
+def test_the_wheel_of_a_caster_is_none_however_it_is_spelt(tmp_path, caster):
+    names = (("left", 0.2), ("right", -0.2), (caster, 0.0))
+    path = robot(tmp_path, *(wheel(n, y, CYLINDER.format(0.1)) for n, y in names))
+    source = read_source(path)
+    assert len(wheels_of(source.model, base_of(source.model))) == 2
+
+
+def test_the_length_of_an_axis_is_no_matter(tmp_path):
+    """Axes of the length 0.5: the front wheels steer as with unit vectors."""
+    parts = [part.replace('xyz="0 0 1"', 'xyz="0 0 0.5"') for part in steered(-0.3, 0.25)]
+    assert any('xyz="0 0 0.5"' in part for part in parts)
+    assert drive(robot(tmp_path, *parts)).kind == "ackermann"
+
+
 def test_ros2_control_may_bound_the_steering_more_than_its_joints(tmp_path):
     """Axles 0.4 m apart; joints turn by 1.2 rad, commands by 0.6: 0.4 m / tan(0.6) = 0.585 m."""
     steering = (

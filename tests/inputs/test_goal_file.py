@@ -94,8 +94,42 @@ def test_places_left_out_and_headings_in_degrees_are_told(tmp_path):
 def test_the_start_alone_tells_that_headings_are_in_degrees(tmp_path):
     text = "initial_pose: {x: 0, y: 0, yaw: 90}\ngoals: [[1, 2], [3, 4]]"
     found = read(tmp_path, "start.yaml", text)
-    assert found.start == (0.0, 0.0, pytest.approx(HALF), False)
+    assert found.start.standing == (0.0, 0.0, pytest.approx(HALF))
     assert found.told[0].endswith("start.yaml: headings of up to 90 are taken as degrees")
+
+
+# Two places: one faces y, by a quaternion or in degrees by name, the other one 1 rad or 60 degrees.
+MIXED = {
+    "quaternion.yaml": (
+        "- {x: 1, y: 2, orientation: {z: 0.70710678, w: 0.70710678}}\n- {x: 3, y: 4, yaw: 60}",
+        math.radians(60.0),
+    ),
+    "seven.yaml": (
+        "goals: [[1, 2, 0, 0, 0, 0.70710678, 0.70710678], [3, 4, 60]]",
+        math.radians(60.0),
+    ),
+    "start.yaml": (
+        "initial_pose: {x: 0, y: 0, yaw: 90}\n"
+        "goals: [{x: 1, y: 2, yaw_deg: 90}, {x: 3, y: 4, yaw: 60}]",
+        math.radians(60.0),
+    ),
+    "turns.yaml": ("- {x: 1, y: 2, yaw_deg: 450}\n- {x: 3, y: 4, yaw: 1}", 1.0),
+}
+
+
+@pytest.mark.parametrize("name", MIXED)
+def test_only_headings_without_a_unit_are_turned_into_rad(tmp_path, name):
+    text, yaw = MIXED[name]
+    a, b = (place.pose for place in read(tmp_path, name, text).places)
+    assert math.remainder(a.yaw, 2.0 * math.pi) == pytest.approx(HALF)
+    assert b.yaw == pytest.approx(yaw)
+
+
+def test_a_name_in_quotes_may_hold_the_separator(tmp_path):
+    for name, head in (("named.csv", "name,x,y\n"), ("plain.csv", "")):
+        a, b = read(tmp_path, name, f'{head}"Room A, left", 1,2\nB,3,4\n').places
+        assert (a.name, a.pose[:2]) == ("Room A, left", (1.0, 2.0))
+        assert (b.name, b.pose[:2]) == ("B", (3.0, 4.0))
 
 
 def test_a_listed_name_that_no_place_has_is_told(tmp_path):
@@ -136,7 +170,7 @@ def test_latitudes_and_longitudes_are_metres_north_and_east_of_a_datum(tmp_path,
 def test_the_datum_in_the_file_itself_comes_first(tmp_path):
     text = "datum: [60.0, 10.0, 0]\ngoals: [{lat: 60.0, lon: 10.0, yaw: 1}, {lat: 60, lon: 10.1}]"
     a, b = (place.pose for place in read(tmp_path, "own.yaml", text).on_ground().places)
-    assert a == (0.0, 0.0, 1.0, False)
+    assert a.standing == (0.0, 0.0, 1.0)
     # A tenth of a degree at 60 degrees: 6378137 m * 1.0025, by the ellipsoid, * cos 60 * pi / 1800.
     assert b.x == pytest.approx(5580.0, abs=1.0)
 
@@ -192,6 +226,18 @@ REFUSED = {
     "nan.json": (
         '{"goals": [[1, NaN], [3, 4]]}',
         "nan.json: goals[0]: got [1, nan]; expected finite numbers",
+    ),
+    "compass.yaml": (
+        "goals: [{x: 1, y: 2, yaw: north}]",
+        "compass.yaml: goals[0].yaw: got 'north'; expected a number, in rad",
+    ),
+    "compass.csv": (
+        "x,y,yaw_deg\n1,2,north\n",
+        "compass.csv, line 2.yaw_deg: got 'north'; expected a number, in degrees",
+    ),
+    "half.yaml": (
+        "goals: [{x: 1, y: 2, orientation: {z: half, w: 1}}]",
+        "half.yaml: goals[0].orientation: got [0.0, 0.0, 'half', 1]; expected numbers",
     ),
     "far.yaml": ("goals: [[4e5, 5e6]]", "far.yaml: goals[0]: x 400000, y 5000000; expected m"),
     "flat.yaml": ("goals: [1, 2, 3, 4]", "flat.yaml: goals: a list of 4 numbers; expected a list"),

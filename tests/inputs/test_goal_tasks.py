@@ -156,16 +156,23 @@ def test_places_on_the_earth_lie_in_a_world_that_tells_its_origin(tmp_path):
     )
     shifted = WORLD.replace("<pose>2 0", "<pose>9 0")
 
-    def ways(content: str):
+    def ways(content: str, *more: Path):
         world = tmp_path / "earth.world"
         world.write_text(content)
-        options = [str(world), "--goals", str(goals), "--robot", "round_robot"]
+        options = [*map(str, (world, *more)), "--goals", str(goals), "--robot", "round_robot"]
         options += ["--controllers", "rpp"]
         return request_from_arguments(build_parser().parse_args(options)).shown().scenarios
 
     (task,) = ways(shifted.replace("</world>", origin.format(180)))
     assert task.start[:2] == (0.0, 0.0)
     assert task.goal == (pytest.approx(30.92, abs=0.01), 0.0, 0.0)
+    # A second world, whose origin lies a second of arc further to the east.
+    further = tmp_path / "further.world"
+    further.write_text(
+        shifted.replace("</world>", origin.format(180)).replace(">10<", f">{10 + 1 / 3600}<")
+    )
+    _, task = ways(shifted.replace("</world>", origin.format(180)), further)
+    assert task.start[:2] == (pytest.approx(-30.92, abs=0.01), 0.0)
     with pytest.raises(InputError, match="heading_deg 90; expected 0 or 180"):
         ways(shifted.replace("</world>", origin.format(90)))
     with pytest.raises(InputError, match="expected a Gazebo world with <spherical_coordinates>"):

@@ -7,7 +7,7 @@ import pytest
 
 from drake_navbench.errors import InputError
 from drake_navbench.nav2.parameters import read_parameter_file, read_parameter_text
-from drake_navbench.nav2.patch import patched, patched_files, place_of
+from drake_navbench.nav2.patch import difference, patched, patched_files, place_of
 
 FILE = Path("nav2_params.yaml")
 FILES = sorted((Path(__file__).parent / "nav2_files").glob("*.yaml"))
@@ -243,3 +243,21 @@ def test_of_several_files_the_one_that_gives_the_parameter_is_changed(place, val
 def test_a_node_that_none_of_several_files_has_is_named():
     with pytest.raises(InputError, match="no node smoother_server"):
         patched_files(HALVES, {place_of("smoother_server.simple_smoother.tolerance"): 1.0})
+
+
+def test_a_form_feed_ends_no_line_of_a_patch():
+    before = "# A\x0cB\u2028C\nwidth: 3\n"
+    lines = difference("a.yaml", before, before.replace("3", "4")).split("\n")
+    assert lines[2:] == ["@@ -1,2 +1,2 @@", " # A\x0cB\u2028C", "-width: 3", "+width: 4", ""]
+
+
+@pytest.mark.parametrize(
+    "place", ["controller_server.FollowPath.min_vel", "smoother.a.b", "local_costmap.height"]
+)
+def test_added_lines_end_as_those_of_a_file_of_windows(place):
+    text = TEXT.replace(
+        "local_costmap:\n  local", "smoother: {ros__parameters: {}}\nlocal_costmap:\n  local"
+    )
+    plain = patched(text, {place: 1.5}, FILE)
+    windows = patched(text.replace("\n", "\r\n"), {place: 1.5}, FILE)
+    assert windows == plain.replace("\n", "\r\n") != text

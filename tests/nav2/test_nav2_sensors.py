@@ -73,3 +73,12 @@ def test_points_sorted_out_of_a_robot_s_only_camera_are_that_camera_s(
     layer = SEEING % ("nav2_costmap_2d::VoxelLayer", f"observation_sources: a b, {floor}, {other}")
     setup = setup_of(COLUMN, LOCAL % layer, base=str(robot))
     assert sorted(setup.robot.depth_sensors) == sensors
+
+
+@pytest.mark.parametrize(
+    ("name", "yaw"), [("right_camera", -1.5708), ("upright_camera", 0.0), ("bright_camera", 0.0)]
+)
+def test_a_side_is_a_word_and_no_part_of_upright(setup_of, name, yaw):
+    layer = f"observation_sources: {name}, {name}: {{clearing: true}}"
+    sensor = setup_of(COLUMN, LOCAL % (SEEING % (STVL, layer))).robot.depth_sensors[name]
+    assert sensor.pose[2] == pytest.approx(yaw, abs=1e-4)

@@ -190,6 +190,15 @@ def test_running_out_of_iterations_is_a_timeout():
 
 
 @pytest.mark.parametrize(
+    ("release", "error"), [("iron", PlannerTimedOut), ("jazzy", StartOccupied)]
+)
+def test_the_end_after_one_iteration_is_a_blocked_start_since_jazzy(release, error):
+    parameters = Parameters(max_iterations=1, nav2_release=release)
+    with pytest.raises(error, match="max_iterations = 1"):
+        plan_path(empty_map(), (1.0, 1.0, 0.0), (9.0, 1.0, 0.0), parameters)
+
+
+@pytest.mark.parametrize(
     ("make", "error"),
     [
         (Parameters, PlannerTimedOut),

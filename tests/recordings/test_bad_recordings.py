@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 
@@ -322,6 +323,22 @@ def test_a_folder_that_holds_something_else_is_left_alone(importing, bag, make):
     (importing.out / "mine.txt").write_text("mine")
     assert importing(bag(turtlebot(make))) == 2
     assert [path.name for path in importing.out.iterdir()] == ["mine.txt"]
+
+
+def test_the_robot_of_another_version_is_told(bag, make, tmp_path, capsys):
+    trial = {"info": {"robot": {"wings": 2}}, "events": [], "plan_legs": []}
+    header = make.make("std_msgs/msg/String", data=json.dumps(trial))
+    entry = Entry("/drake_navbench/trial", "std_msgs/msg/String", stamp(0.0), header)
+    path = bag([*turtlebot(make), entry])
+    assert main(["import-bag", str(path), "--out", str(tmp_path / "out")]) == 2
+    assert f"{path}: the trial's robot: wings: " in capsys.readouterr().err
+
+
+def test_a_file_in_place_of_the_folder_is_told(importing, bag, make, capsys):
+    importing.out.write_text("mine")
+    assert importing(bag(turtlebot(make))) == 2
+    assert f"{importing.out}: " in capsys.readouterr().err
+    assert importing.out.read_text() == "mine"
 
 
 def test_without_the_library_one_line_says_how_to_get_it(importing, bag, make, monkeypatch):

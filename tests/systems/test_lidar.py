@@ -175,3 +175,12 @@ def test_lost_scans_leave_the_one_before():
     new = np.diff([stamp for stamp in stamps if stamp is not None]) > 0.0
     # Of 400 scans, to within three standard deviations.
     assert new.mean() == pytest.approx(0.4, abs=0.075)
+
+
+@pytest.mark.parametrize("span_rad", [6.2832, 6.28319, 6.283185, 2.0 * np.pi])
+def test_a_rounded_turn_is_a_whole_one(span_rad):
+    """The last of 4 beams lies a quarter of a turn before the first."""
+    angles = LidarSettings(beam_count=4, angle_span_rad=span_rad).beam_angles
+    np.testing.assert_array_equal(angles, [-np.pi, -0.5 * np.pi, 0.0, 0.5 * np.pi])
+    nearly = LidarSettings(beam_count=4, angle_span_rad=6.28).beam_angles
+    assert nearly[-1] == pytest.approx(6.28 - np.pi)

@@ -1,6 +1,7 @@
 """A trial among people: they react, are logged where they were, and the same seed is the same."""
 
 import numpy as np
+import pyarrow as pa
 import pytest
 from stub_controller import StubPreset
 
@@ -15,6 +16,7 @@ from drake_navbench.controller import Decision
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.outcome import Outcome
+from drake_navbench.logs.people import read_people
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import simulate
 from drake_navbench.typed_files.typed_yaml import validate
@@ -223,3 +225,9 @@ def test_the_replay_shows_walking_figures(tmp_path):
     log = drive(0.0, COMES, timeout_s=1.0)
     write_trial_replay(log, tmp_path / "trial.html", model=None)
     assert ">people<" in (tmp_path / "trial.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("times_s", [[], [0.0, 0.02]])
+def test_a_log_that_ends_before_its_first_look_at_people_has_none(times_s):
+    people = pa.array([None] * len(times_s), pa.list_(pa.float32()))
+    assert read_people(pa.table({"time_s": times_s, "people": people})) is None

@@ -26,7 +26,8 @@ SAME_AXLE_M, LARGER = 0.01, 1.5
 ENDLESS = "continuous"
 TURNING = (ENDLESS, "revolute")
 # Words in a joint's or link's name by which it is a wheel's or a caster's.
-ROLLING = ("wheel", "caster", "castor")
+CASTERS = ("caster", "castor")
+ROLLING = ("wheel", *CASTERS)
 # Tags by which a driving plugin names its joints: left_joint, leftJoint, rear_right_joint.
 DRIVEN = re.compile(r"(?i)(left|right)\w*joint$")
 # A wheel's mesh is round where its length and its height differ by less than this share.
@@ -201,7 +202,8 @@ def wheel_joints(model: Model, base: str) -> list[Joint]:
         axis = turn @ joint.axis
         is_level = abs(axis[2]) <= LEVEL_AXIS * float(np.linalg.norm(axis))
         is_driven = _is_named(joint, driven) or (joint.kind == ENDLESS and joint.name in spun)
-        if is_level and (is_driven or ("wheel" in name and "caster" not in name)):
+        is_wheel = "wheel" in name and not any(word in name for word in CASTERS)
+        if is_level and (is_driven or is_wheel):
             joints.append(joint)
     return joints
 

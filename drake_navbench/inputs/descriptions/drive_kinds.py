@@ -7,6 +7,8 @@ from typing import NamedTuple
 DIFFERENTIAL, OMNIDIRECTIONAL, ACKERMANN = "differential", "omnidirectional", "ackermann"
 # Words in a plugin's file or name, or a controller's type -> kind of drive; the first fit counts.
 KINDS = (
+    # Gazebo's MulticopterVelocityControl flies.
+    ("multicopter", ""),
     ("ackermann", ACKERMANN),
     ("tricycle", ACKERMANN),
     ("bicycle_steering", ACKERMANN),

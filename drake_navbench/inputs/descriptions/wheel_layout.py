@@ -20,7 +20,7 @@ from drake_navbench.inputs.descriptions.model import Joint, Model
 from drake_navbench.kernels.arrays import Array
 
 LEAST = 1e-3
-# The least vertical part of the axis of a joint that steers.
+# The least vertical part of the unit vector along the axis of a joint that steers.
 UPRIGHT = 0.9
 # The largest distance, across its axle, of a steered wheel from its steering axis, m.
 TRAIL_M = 0.01
@@ -51,9 +51,13 @@ def _steering_joints(model: Model, wheels: Sequence[Wheel]) -> list[Joint]:
         for joint in model.joints
         if joint.kind in TURNING
         and joint.child in carried
-        and abs(joint.axis[2]) > UPRIGHT
+        and _is_upright(joint)
         and max(-joint.range_rad[0], joint.range_rad[1]) < 0.5 * math.pi
     ]
+
+
+def _is_upright(joint: Joint) -> bool:
+    return bool(abs(joint.axis[2]) > UPRIGHT * np.linalg.norm(joint.axis))
 
 
 def _all_turn(model: Model, wheels: Sequence[Wheel]) -> bool:
@@ -65,7 +69,7 @@ def _all_turn(model: Model, wheels: Sequence[Wheel]) -> bool:
         joint.child: joint
         for joint in model.joints
         if joint.kind in TURNING
-        and abs(joint.axis[2]) > UPRIGHT
+        and _is_upright(joint)
         and joint.range_rad[1] - joint.range_rad[0] >= math.pi
     }
     for wheel in wheels:

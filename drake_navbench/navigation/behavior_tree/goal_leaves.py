@@ -14,7 +14,7 @@ from py_trees.common import Status
 
 from drake_navbench.kernels.grid import NO_INFORMATION
 from drake_navbench.kernels.read_only import read_only
-from drake_navbench.navigation.behavior_tree.board import GOALS, Board, Pose
+from drake_navbench.navigation.behavior_tree.board import GOALS, Board, Poses
 from drake_navbench.navigation.behavior_tree.leaves import Leaf
 from drake_navbench.navigation.task import PoseState
 
@@ -38,9 +38,17 @@ class GoalsLeaf(Leaf):
         super().__init__(name, board, source=lists.source, result=lists.result)
         self._needs_statuses = lists.needs_statuses
 
-    def _take_out(self, goal: Pose, state: PoseState) -> bool:
-        """Notes what became of a goal; returns whether the node may go on."""
-        return self.board.mark(goal, state) or not self._needs_statuses
+    def _take_out(self, goals: Poses, state: PoseState) -> bool:
+        """Notes what became of goals, or of none of them where the node may not go on.
+
+        Returns whether it may.
+        """
+        before = self.board.values.task_poses
+        for goal in goals:
+            if not self.board.mark(goal, state) and self._needs_statuses:
+                self.board.write(task_poses=before)
+                return False
+        return True
 
 
 class RemovePassedGoals(GoalsLeaf):
@@ -58,11 +66,12 @@ class RemovePassedGoals(GoalsLeaf):
         """Writes the goals that are left."""
         goals = self.board.goals(self._source)
         pose = self.board.inputs.pose
-        while len(goals) > 1 and math.dist(goals[0, :2], pose[:2]) <= self._radius_m:
-            if not self._take_out(goals[0], PoseState.PASSED):
-                return Status.FAILURE
-            goals = goals[1:]
-        self.board.write_goals(self._result, goals)
+        count = 0
+        while count < len(goals) - 1 and math.dist(goals[count, :2], pose[:2]) <= self._radius_m:
+            count += 1
+        if not self._take_out(goals[:count], PoseState.PASSED):
+            return Status.FAILURE
+        self.board.write_goals(self._result, goals[count:])
         return Status.SUCCESS
 
 
@@ -98,9 +107,8 @@ class RemoveInCollisionGoals(GoalsLeaf):
             board.write_goals(self._result, goals)
             return Status.FAILURE
         is_free = np.array([self._is_free(cost) for cost in costs], dtype=bool)
-        for goal in goals[~is_free]:
-            if not self._take_out(goal, PoseState.SKIPPED):
-                return Status.FAILURE
+        if not self._take_out(goals[~is_free], PoseState.SKIPPED):
+            return Status.FAILURE
         board.write_goals(self._result, goals[is_free])
         return Status.SUCCESS
 

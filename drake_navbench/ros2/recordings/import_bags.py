@@ -33,6 +33,7 @@ from drake_navbench.ros2.recordings.recorded_tasks import (
 from drake_navbench.ros2.recordings.recorded_trial import Subject, recorded_trial
 from drake_navbench.ros2.recordings.simulation_gap import SimulationGap, simulation_gap
 from drake_navbench.typed_files.output_file import write_text
+from drake_navbench.typed_files.typed_yaml import validate
 
 NANOSECONDS = 1e9
 # The end of a column's name, after the controller that an exported bag names.
@@ -181,7 +182,8 @@ def import_recordings(
     All recordings are read before anything is written. Raises InputError where a recording is
     invalid, or where the path is not a results folder.
     """
-    is_new = not folder.path.exists() or not any(folder.path.iterdir())
+    out = folder.path
+    is_new = not out.exists() or (out.is_dir() and not any(out.iterdir()))
     manifest = _new_manifest() if is_new else folder.read_manifest()
     imported: list[Imported] = []
     taken: dict[tuple[str, str], int] = {}
@@ -313,7 +315,7 @@ def _exported_trial(columns: Mapping[str, Column]) -> dict[str, Any] | None:
 def _exported_robot(path: Path, told: Mapping[str, Any] | None) -> Robot:
     if told is None:
         raise InputError(f"{path}: {NO_ROBOT}")
-    return Robot.model_validate(told["info"]["robot"])
+    return validate(Robot, told["info"]["robot"], f"{path}: the trial's robot")
 
 
 def _recorded_map(columns: Mapping[str, Column], motion: RecordedMotion) -> OccupancyMap | None:

@@ -95,6 +95,20 @@ def test_a_goal_that_is_no_pose_of_the_task_fails_a_tree_that_hands_the_statuses
     assert tick(RemovePassedGoals("n", shared, GoalLists(), radius_m=0.5)) is Status.SUCCESS
 
 
+def test_a_leaf_that_fails_at_the_second_goal_leaves_the_first_one_pending():
+    lists = GoalLists(needs_statuses=True)
+    shared = board(1.5, costs=(LETHAL,) * 3)
+    shared.write(task_poses=(TaskPose(tuple(POSES[0])), TaskPose((9.0, 9.0, 0.0))))
+    blocked = {"cost_threshold": 254.0, "uses_outline": False, "unknown_blocks": False}
+    for leaf in (
+        RemovePassedGoals("n", shared, lists, radius_m=0.5),
+        RemoveInCollisionGoals("n", shared, lists, **blocked),
+    ):
+        assert tick(leaf) is Status.FAILURE
+        assert {pose.state for pose in shared.values.task_poses} == {PoseState.PENDING}
+        assert len(shared.goals(GOALS)) == 3
+
+
 @pytest.mark.parametrize(
     ("costs", "more", "left"),
     [
