@@ -113,6 +113,20 @@ ON_OTHER_ROBOTS: Mapping[str, Part] = {
 }
 ROBOT_FAMILIES = ("box_on_path", "clutter", "doorway", "s_curve")
 COLUMNS = {**PARTS, **ON_OTHER_ROBOTS, **WEIGHTS}
+# The parts that harmony_ablations.csv shows without worth; see harmony_set.py.
+SET = (
+    *("stop as a guess", "plan so far and gentle stop", "backing up", "ways past that keep off"),
+    *("slow before giving up", "notice of plans that get nowhere"),
+)
+
+
+@contextmanager
+def without(names: tuple[str, ...]) -> Iterator[None]:
+    """Takes several parts out together, for a while."""
+    with ExitStack() as stack:
+        for name in names:
+            stack.enter_context(PARTS[name].off())
+        yield
 
 
 @contextmanager
