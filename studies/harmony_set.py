@@ -19,6 +19,10 @@ goes on where FILE ends; --judge FILE drives nothing. The rule was committed bef
     the last sample of trials that give up 0.05 m/s, as metrics end there) the mean over families,
     or scenarios, is within the margin at its one-sided 95% limit (Student's t over their means);
   - in no family is the mean of a measure beyond its margin.
+- Added while the families were driven, before any row was looked at: backing up and the notice of
+  plans that get nowhere are for dead ends too narrow to turn in, which no family has. `--dead-ends
+  20` drives that of the test suite (test_harmony_detour.DEAD_END), 20 draws of errors from seed 100
+  on: without the set it must arrive in as many. Else what is needed there is put back.
 - If it fails, harmony drives the trials that decide against it without each part alone; the part
   that changes the failing measure most is put back, and the rest is judged by the same rule on the
   next units and rounds.
