@@ -32,6 +32,7 @@ from __future__ import annotations
 
 import argparse
 import hashlib
+import sys
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -39,12 +40,14 @@ from typing import Any
 import harmony_comparison as comparison
 import harmony_judgement as judgement
 import harmony_living as living
+import numpy as np
 import pandas as pd
 from harmony_parts import SET, without
 from question_trials import require_no_errors
 from scipy import stats
 
 from drake_navbench.campaign.trial_tasks import table_row
+from drake_navbench.controllers.harmony import HarmonyParameters
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.outcome import Outcome
 from drake_navbench.trial.spec import TrialSpec
@@ -111,6 +114,22 @@ def drive_missing(path: Path, units: range, rounds: range, parts: tuple[str, ...
                 line.to_csv(path, mode="a", header=not path.exists(), index=False)
 
 
+def dead_ends(count: int, parts: tuple[str, ...]) -> None:
+    """Prints how drives into the dead end of the test suite end, with the parts and without."""
+    sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "controllers" / "harmony"))
+    from harmony_worlds import ERROR_M, drive_among
+    from test_harmony_detour import DEAD_END
+
+    among = {"error_m": ERROR_M, "longest_s": 20.0}
+    for name, left_out in ((judgement.OURS, ()), (WITHOUT, parts)):
+        with without(left_out):
+            ends = [
+                drive_among(np.array(DEAD_END), HarmonyParameters(), seed, **among).end
+                for seed in range(100, 100 + count)
+            ]
+        print(name, pd.Series(ends).value_counts().to_dict(), flush=True)
+
+
 def tell(rows: pd.DataFrame) -> None:
     """Prints counts, then a row a group and measure, and their mean: in parts of the margins."""
     is_living = rows["map"] != "families"
@@ -171,7 +190,8 @@ def pooled(table: pd.DataFrame) -> pd.DataFrame:
 def main() -> None:
     """Drives the set, or judges rows."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("file", type=Path)
+    parser.add_argument("file", type=Path, nargs="?")
+    parser.add_argument("--dead-ends", type=int, default=0, metavar="N")
     parser.add_argument("--judge", action="store_true", help="drives nothing")
     parser.add_argument("--first-unit", type=int, default=UNITS.start)
     parser.add_argument("--units", type=int, default=len(UNITS))
@@ -179,6 +199,11 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=0)
     parser.add_argument("--parts", nargs="+", choices=SET, default=list(SET))
     arguments = parser.parse_args()
+    if (arguments.file is None) != (arguments.dead_ends > 0):
+        parser.error("expected one of FILE and --dead-ends N")
+    if arguments.dead_ends:
+        dead_ends(arguments.dead_ends, tuple(arguments.parts))
+        return
     if not arguments.judge:
         units = range(arguments.first_unit, arguments.first_unit + arguments.units)
         rounds = range(arguments.first_round, arguments.first_round + arguments.rounds)
