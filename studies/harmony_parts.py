@@ -118,6 +118,7 @@ SET = (
     *("stop as a guess", "plan so far and gentle stop", "backing up", "ways past that keep off"),
     *("slow before giving up", "notice of plans that get nowhere"),
 )
+LEFT = ("stop as a guess", "plan so far and gentle stop", "ways past that keep off")
 
 
 @contextmanager
