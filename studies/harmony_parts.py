@@ -118,8 +118,8 @@ SET = (
     *("stop as a guess", "plan so far and gentle stop", "backing up", "ways past that keep off"),
     *("slow before giving up", "notice of plans that get nowhere"),
 )
-# Those of them that are left after two judgements.
-LEFT = ("plan so far and gentle stop", "ways past that keep off")
+# Those of them that are left after three judgements.
+LEFT = ("plan so far and gentle stop",)
 
 
 @contextmanager
