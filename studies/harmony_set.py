@@ -59,7 +59,7 @@ import harmony_judgement as judgement
 import harmony_living as living
 import numpy as np
 import pandas as pd
-from harmony_parts import LEFT, PARTS, SET, watching, without
+from harmony_parts import PARTS, SET, watching, without
 from question_trials import require_no_errors
 from scipy import stats
 
@@ -223,7 +223,7 @@ def main() -> None:
     parser.add_argument("--units", type=int, default=len(UNITS))
     parser.add_argument("--first-round", type=int, default=200)
     parser.add_argument("--rounds", type=int, default=0)
-    parser.add_argument("--parts", nargs="+", choices=SET, default=list(LEFT))
+    parser.add_argument("--parts", nargs="+", choices=SET, default=list(SET))
     arguments = parser.parse_args()
     if (arguments.file is None) != (arguments.dead_ends > 0):
         parser.error("expected one of FILE and --dead-ends N")
