@@ -3,7 +3,8 @@
 `python studies/harmony_set.py FILE --first-round 200 --rounds N` drives it, a line a trial, and
 goes on where FILE ends; --judge FILE drives nothing. The rule was committed before it was driven:
 
-- The set: harmony_parts.SET. Terms stay, as the publication names them, and so does the gatekeeper.
+- The set: harmony_parts.SET and "plan so far and gentle stop", which is deleted since. Terms stay,
+  as the publication names them, and so does the gatekeeper.
 - harmony, and harmony without the set, drive units 127 to 130 of the 14 families of
   harmony_comparison.py, then rounds of the eleven living scenarios, each with Nav2's map and with
   beams that clear, from campaign seed 700 on (round 200), which no row has: as many whole rounds as
@@ -25,8 +26,8 @@ goes on where FILE ends; --judge FILE drives nothing. The rule was committed bef
   on, and that many drives between two walls (SIDES) from which the goal lies behind: without the
   set it must arrive in as many. Else what is needed there is put back.
 - What came out of the first set: it failed. Dead ends: 20 of 20 arrive, without the set 0; of the
-  parts alone "backing up" loses them. Between the walls (three drives) "backing up" and the notice
-  each lose all. At `restricted_large` it gives up at 0.42 m/s in place of 0.31 m/s, without "slow
+  parts alone "backing up" loses them (8 of 8). Between the walls "backing up" (3 drives) and the
+  notice (20) each lose all. At `restricted_large` it gives up at 0.42 m/s in place of 0.31 m/s, without "slow
   before giving up" alone, too. These three are put back. The other three are judged by the same
   rule on units 131 to 134 and rounds from 201 on.
 - What came out of these three: 55 of 56 trials of the families are equal to the last bit, but among
@@ -36,10 +37,13 @@ goes on where FILE ends; --judge FILE drives nothing. The rule was committed bef
   the same rule on units 135 to 138 and rounds from 203 on.
 - What came out of these two: 55 of 56 trials of the families are equal, but among people time rises
   by half its margin, at most 1.5 of it, after the first round, so the drive ended there: "ways past
-  that keep off" alone took `crossing` from 24.2 to 30.5 s in round 201. It is put back. LEFT is one
-  part, "plan so far and gentle stop". Trials of families that are equal without both sets that hold
+  that keep off" alone took `crossing` from 24.2 to 30.5 s in round 201. It is put back. One part is
+  left, "plan so far and gentle stop". Trials of families that are equal without both sets that hold
   it are equal without it; the two others, and rounds from 205 on, are driven, a round as long as
   there is time. A trial in which the gatekeeper never refuses a plan is the same without it.
+- What came out of it: it goes. Rounds 205 to 207; a fourth was not whole. Both trials of families,
+  driven after it was deleted, are equal to the last bit, and so are the six trials among people
+  that differ equal to those without it.
 - If it fails, harmony drives the trials that decide against it without each part alone; the part
   that changes the failing measure most is put back, and the rest is judged by the same rule on the
   next units and rounds.
