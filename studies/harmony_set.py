@@ -27,9 +27,9 @@ goes on where FILE ends; --judge FILE drives nothing. The rule was committed bef
   set it must arrive in as many. Else what is needed there is put back.
 - What came out of the first set: it failed. Dead ends: 20 of 20 arrive, without the set 0; of the
   parts alone "backing up" loses them (8 of 8). Between the walls "backing up" (3 drives) and the
-  notice (20) each lose all. At `restricted_large` it gives up at 0.42 m/s in place of 0.31 m/s, without "slow
-  before giving up" alone, too. These three are put back. The other three are judged by the same
-  rule on units 131 to 134 and rounds from 201 on.
+  notice (20) each lose all. At `restricted_large` it gives up at 0.42 m/s in place of 0.31 m/s,
+  without "slow before giving up" alone, too. These three are put back. The other three are judged
+  by the same rule on units 131 to 134 and rounds from 201 on.
 - What came out of these three: 55 of 56 trials of the families are equal to the last bit, but among
   people the jerk rises by more than twice its margin in the first round already, so the drive ended
   there. Alone, "stop as a guess" raises it most, and lost an arrival in `clutter` of the first set;
