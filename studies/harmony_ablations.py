@@ -54,7 +54,7 @@ import harmony_judgement as judgement
 import numpy as np
 import pandas as pd
 from harmony_families import FAMILIES
-from harmony_parts import COLUMNS, LATE, ON_OTHER_ROBOTS, PARTS, ROBOT_FAMILIES, watching
+from harmony_parts import COLUMNS, GONE, LATE, ON_OTHER_ROBOTS, PARTS, ROBOT_FAMILIES, watching
 from question_trials import require_no_errors
 from scipy import stats
 
@@ -301,7 +301,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("file", type=Path, nargs="?")
     parser.add_argument("--judge", type=Path, nargs="+", metavar="FILE", help="drives nothing")
-    parser.add_argument("--columns", nargs="+", choices=COLUMNS, default=list(COLUMNS))
+    driven = [name for name in COLUMNS if name not in GONE]
+    parser.add_argument("--columns", nargs="+", choices=driven, default=driven)
     parser.add_argument("--first", type=int, default=FIRST)
     parser.add_argument("--last", type=int, default=LAST)
     parser.add_argument("--safety", type=int, default=0, metavar="N")

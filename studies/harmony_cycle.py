@@ -1,16 +1,20 @@
-"""The picture of one cycle in harmony.md.
+"""The picture of one cycle in harmony.md, and how long cycles take.
 
 `python studies/harmony_cycle.py` writes docs/images/harmony_cycle.svg. No trial is driven: harmony
-is asked for one decision in front of two boxes.
+is asked for one decision in front of two boxes. With --times it draws nothing: it drives a trial
+each of TIMED and prints the processor time of their cycles.
 """
 
 from __future__ import annotations
 
 import argparse
+import tempfile
 from pathlib import Path
 
 import numpy as np
+from harmony_families import write_world
 
+from drake_navbench import run_trial
 from drake_navbench.analysis.figures.style import (
     OBSTACLE_EDGE,
     OBSTACLE_FACE,
@@ -21,6 +25,7 @@ from drake_navbench.analysis.figures.style import (
     new_figure,
     write_figure,
 )
+from drake_navbench.analysis.metrics.compute import cycle_times_ms
 from drake_navbench.controller import Observation
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import load_robot
@@ -35,6 +40,13 @@ CELLS, RESOLUTION_M = 120, 0.05
 BOXES = ((1.65, -0.1, 1.8, 0.05), (2.2, 0.85, 2.6, 1.3))
 SPEED_MPS = 0.45
 GUESS_COLOR, CHOSEN_COLOR, STOP_COLOR = "#7d93a8", "#cc1a1a", "#731a8c"
+
+# Scenarios, and try-out worlds of a family with their numbers.
+TIMED: tuple[str | tuple[str, int], ...] = (
+    *("empty", "doorway", "ward_crowd"),
+    *(("s_curve", 8100), ("clutter", 8101)),
+)
+TIMED_SEED = 1000
 
 
 def observation() -> Observation:
@@ -58,9 +70,27 @@ def observation() -> Observation:
     )
 
 
+def times() -> None:
+    """Prints the processor time of a cycle, ms: median and 99th percentile, by trial and of all."""
+    found = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for one in TIMED:
+            scenario = one if isinstance(one, str) else str(write_world(Path(folder), *one))
+            log = run_trial(scenario, "harmony", seed=TIMED_SEED)
+            found[Path(scenario).stem] = cycle_times_ms(log, "compute_cpu_time_ms")
+    found["all"] = np.concatenate(list(found.values()))
+    for name, cycles_ms in found.items():
+        median_ms, late_ms = np.percentile(cycles_ms, [50.0, 99.0])
+        print(f"{name}: {len(cycles_ms)} cycles, {median_ms:.1f} ms, 99th percentile {late_ms:.1f}")
+
+
 def main() -> None:
-    """Asks harmony for one decision and draws what it had in mind."""
-    argparse.ArgumentParser(description=__doc__).parse_args()
+    """Asks harmony for one decision and draws what it had in mind, or times cycles."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--times", action="store_true", help="draws nothing")
+    if parser.parse_args().times:
+        times()
+        return
     preset = load_preset("harmony")
     setup = controller_setup(load_robot(DEFAULT_ROBOT), wants_diagnostics=True)
     controller = preset.controller_class(preset.parameters, setup)

@@ -47,7 +47,7 @@ from drake_navbench.controllers.harmony.prediction import (
     predicted,
     with_command,
 )
-from drake_navbench.controllers.harmony.scene import Limits, make_start
+from drake_navbench.controllers.harmony.scene import make_start
 from drake_navbench.controllers.harmony.tracking import MOST, followed, moving_at, touches
 from drake_navbench.controllers.harmony.way import is_trapped
 from drake_navbench.controllers.harmony.way_finder import FoundWay, WayFinder
@@ -183,7 +183,7 @@ class Harmony:
             tolerance_m = observation.goal_xy_tolerance_m
             trapped = is_trapped(way, candidate.plan, start, tolerance_m)
             return decision._replace(memory=decision.memory._replace(is_trapped=trapped))
-        return self._last_resorts(observation, memory, check, start, limits, notes)
+        return self._refused(observation, memory, check, notes)
 
     def _latency_s(self, memory: HarmonyMemory) -> float:
         return 0.0 if memory.sent is None else float(LATENCIES_S[memory.sent.latency])
@@ -352,40 +352,22 @@ class Harmony:
             )
         return bool(is_met.any())
 
-    def _last_resorts(
-        self,
-        observation: Observation,
-        memory: HarmonyMemory,
-        check: Check,
-        start: Array,
-        limits: Limits,
-        notes: dict[str, Any],
+    def _refused(
+        self, observation: Observation, memory: HarmonyMemory, check: Check, notes: dict[str, Any]
     ) -> Decision:
-        """Returns the command of the first resort that passes the check.
-
-        The resorts are the plan driven so far, a gentle stop, and the stop plan: command 0, which
-        was verified in the last cycle.
-        """
+        """Returns the stop plan: command 0, which was verified in the last cycle."""
         since_s = memory.refused_since_s
         if since_s is None:
             since_s = observation.time_s
+        stopped = self._stopped(observation, memory)._replace(refused_since_s=since_s)
         if observation.time_s - since_s >= self._parameters.patience:
-            stopped = self._stopped(observation, memory)
             raise CollisionAhead(
                 f"no command keeps {check.bound:.3f} m away from obstacles",
                 details=notes,
-                memory=stopped._replace(refused_since_s=since_s),
+                memory=stopped,
             )
-        elapsed_s = observation.time_s - memory.time_s
-        for name, plan in self._planner.ways_to_stop(start, limits, memory.plan, elapsed_s):
-            if self._accepts(check, plan):
-                notes.update(accepted=name)
-                decision = self._commit(observation, memory, check, plan, notes)
-                kept = decision.memory._replace(refused_since_s=since_s)
-                return decision._replace(memory=kept)
         notes.update(accepted="stop")
-        kept = self._stopped(observation, memory)._replace(refused_since_s=since_s)
-        return Decision(REST, kept, notes)
+        return Decision(REST, stopped, notes)
 
     def _stopped(self, observation: Observation, memory: HarmonyMemory) -> HarmonyMemory:
         """Returns the memory after a command of 0, without a plan."""

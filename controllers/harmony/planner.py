@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -186,20 +185,6 @@ class Planner:
             for guess, motion in zip(guesses, motions, strict=True)
         ]
         return motions, np.array(costs)
-
-    def ways_to_stop(
-        self, start: Array, limits: Limits, driven: Array | None, elapsed_s: float
-    ) -> Iterator[tuple[str, Array]]:
-        """Yields names and plans that need no program and end nearly at rest.
-
-        They are the rest of the plan driven so far, which an earlier cycle accepted, and a stop
-        within the limits.
-        """
-        dt = self._parameters.time_step
-        if driven is not None:
-            yield "plan so far", shifted(driven, dt, elapsed_s, start)
-        velocities = stop(start, limits, dt, self.stage_count)
-        yield "gentle stop", plan_of_velocities(velocities, dt, start)
 
     def _window(self, way: Way) -> int:
         spacing = way.length_m / max(len(way.path) - 1, 1)

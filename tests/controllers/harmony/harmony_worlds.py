@@ -196,13 +196,17 @@ def drive_among(
     error_m: float,
     longest_s: float,
     base: Response = BASE,
+    yaw: float = 0.0,
 ) -> Drive:
-    """Drives harmony among boxes (B, 4) to a goal straight ahead; stops at a contact."""
+    """Drives harmony among boxes (B, 4) to a goal on the x axis; stops at a contact.
+
+    yaw: of the start, rad; 0 faces the goal.
+    """
     edges = edges_of(boxes)
     controller = controller_with(settings)
     x = np.arange(0.0, GOAL_M + 1e-9, 0.05)
     plan = np.column_stack([x, np.zeros_like(x), np.zeros_like(x)])
-    state, memory = np.zeros(5), controller.initial_memory()
+    state, memory = np.array([0.0, 0.0, yaw, 0.0, 0.0]), controller.initial_memory()
     random = np.random.default_rng(seed)
     least, end, command, cycle = math.inf, "timed out", np.zeros(2), 0
     while cycle * PERIOD_S < longest_s:

@@ -18,11 +18,9 @@ from drake_navbench.controller import (
 )
 from drake_navbench.controllers.harmony import Harmony, HarmonyParameters
 from drake_navbench.controllers.harmony.discs import covering_discs
-from drake_navbench.controllers.harmony.motion import JERK, A, V
 from drake_navbench.controllers.harmony.parameters import stopping_time
 from drake_navbench.controllers.harmony.planner import Planner
 from drake_navbench.controllers.harmony.prediction import LATENCIES_S
-from drake_navbench.controllers.harmony.scene import make_start
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.kernels.footprint import circle_footprint, footprint_radii
@@ -151,22 +149,6 @@ def test_it_brakes_before_it_gives_up():
         for boxes in (near, open_way)
     ]
     assert plans[0][-1, 0] < 0.5 * plans[1][-1, 0]
-
-
-def test_before_braking_hard_come_the_plan_so_far_and_a_stop_within_the_limits():
-    parameters = HarmonyParameters()
-    planner = Planner(parameters, covering_discs(setup_for()))
-    limits, start = planner.limits(parameters.max_vel_x), make_start(np.zeros(3), 0.5, 0.2)
-    driven = decide(twist=(0.5, 0.2)).memory.plan
-    ways = dict(planner.ways_to_stop(start, limits, driven, 0.1))
-    assert list(ways) == ["plan so far", "gentle stop"]
-    # What was planned, a step later.
-    np.testing.assert_allclose(ways["plan so far"][1:-1, A], driven[2:, A], atol=1e-4)
-    for plan in ways.values():
-        # The brake that follows takes what is left.
-        np.testing.assert_allclose(plan[-1, V:JERK], 0.0, atol=0.11)
-    assert np.abs(ways["gentle stop"][:, A]).max() <= limits.acceleration
-    assert [name for name, _ in planner.ways_to_stop(start, limits, None, 0.0)] == ["gentle stop"]
 
 
 def test_a_speed_limit_is_braked_for_within_the_limits():

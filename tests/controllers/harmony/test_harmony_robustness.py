@@ -91,7 +91,7 @@ def test_how_the_base_answers_is_known_of_the_robot():
 def test_a_base_that_brakes_weakly_is_kept_farther_off():
     # From 0.5 m/s it takes 0.5^2 / (2 * 0.5) = 0.25 m, where the wheelchair takes 0.06 m.
     weak = setup_for(max_linear_acceleration_mps2=0.5, wants_diagnostics=True)
-    box = (1.05, -0.5, 1.15, 0.5)
+    box = (1.2, -0.5, 1.3, 0.5)
     controllers = [Harmony(HarmonyParameters(), setup) for setup in (setup_for(), weak)]
     commands = [
         c.step(seen(box, twist=(0.5, 0.0)), c.initial_memory()).command[0] for c in controllers
