@@ -247,7 +247,11 @@ class Race:
         if any(entry.takes_all for entry in shown):
             least = NEARLY_ALL if pairs < MOST_PAIRS else math.inf
         able = [(c, e) for c, e in entries if e not in shown and not e.touches]
-        unsure = [c for c, entry in able if entry.fall >= least]
+        unsure = [
+            c
+            for c, entry in able
+            if entry.fall >= least or (least <= NEARLY_ALL and entry.leaves_nothing)
+        ]
         if unsure and not self.is_out_of_time:
             names = ", ".join(c.trial.told for c in unsure)
             self._driver.tell(f"  not sure yet: {names}: up to {pairs} pairs")
