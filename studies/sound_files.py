@@ -71,21 +71,18 @@ OF_DWB: Mapping[str, Any] = {
     "ObstacleFootprint.scale": 0.02,
 }  # fmt: skip
 OF_RPP: Mapping[str, Any] = {
-    "max_linear_vel": 0.7, "lookahead_dist": 0.8, "max_allowed_time_to_collision_up_to_carrot": 0.5,
+    "max_linear_vel": 0.7, "lookahead_dist": 0.8, "approach_velocity_scaling_dist": 0.9,
 }  # fmt: skip
 GOOD: Mapping[str, Mapping[str, Any]] = {
     "rpp": OF_RPP,
     "dwb": OF_DWB,
-    "graceful": {"v_linear_max": 0.7, "v_angular_max": 1.0},
-    "mppi": {
-        "vx_max": 0.7, "batch_size": 1000, "prune_distance": 2.5,
-        "CostCritic.consider_footprint": True,
-    },
+    "graceful": {},
+    "mppi": {"batch_size": 1000, "CostCritic.consider_footprint": True},
     "shim": OF_RPP | OF_SHIM | {"use_rotate_to_heading": False},
     "shim_dwb": OF_DWB | OF_SHIM,
     "vector_pursuit": {
         "desired_linear_vel": 0.7, "rotate_to_heading_angular_vel": 1.0,
-        "max_allowed_time_to_collision_up_to_target": 0.5,
+        "min_approach_linear_velocity": 0.05,
     },
 }  # fmt: skip
 # The controller behind a shim.

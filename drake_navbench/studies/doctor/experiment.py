@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from drake_navbench.inputs.scenario import Scenario
-from drake_navbench.studies.doctor.candidates import BEYOND, HALF, Candidate, Candidates
+from drake_navbench.studies.doctor.candidates import Candidate, Candidates
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.driving import TOGETHER_SEED, Driver
 from drake_navbench.studies.doctor.fewest import fewest, without_harmful
@@ -114,14 +114,11 @@ class Experiment:
         if len(helpful) > 1 and not self._is_over:
             self._together(helpful)
 
-    def further(self, entry: Tried) -> list[Tried]:
-        """Returns the effects of going half of a change's way, and half as much again.
-
-        For one that takes the symptom away and makes something else worse.
-        """
+    def further(self, entry: Tried, shares: Sequence[float]) -> list[Tried]:
+        """Returns the effects of going such shares of a change's way."""
         if entry.trial is None:
             return []
-        batch = self.candidates.scaled(entry.suspicion, entry.trial, (BEYOND, HALF))
+        batch = self.candidates.scaled(entry.suspicion, entry.trial, shares)
         known = [e.trial.changes for e in self._raw if e.trial is not None and not e.reason]
         raw = self._race.run([c for c in batch if c.trial.changes not in known])
         self._raw += raw

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from drake_navbench.studies.doctor.alike import Told
+from drake_navbench.studies.doctor.candidates import BEYOND, HALF
 from drake_navbench.studies.doctor.change import judge, trials_to_judge
 from drake_navbench.studies.doctor.complaints import symptoms_told
 from drake_navbench.studies.doctor.cures import Trial
@@ -154,7 +155,9 @@ def _treat(found: Visit, patient: Patient, told: Told, driver: Driver, *, seed: 
         return
     priced = next((judged for judged in found.judged if judged.is_gone and judged.worse), None)
     if priced is not None and driver.left_s > 0.0:
-        further = experiment.further(priced.tried)
+        # Whoever touches has gone too far.
+        shares = (HALF,) if Symptom.COLLISION in priced.worse else (BEYOND, HALF)
+        further = experiment.further(priced.tried, shares)
         found.tried = [*found.tried, *further]
         _judge(found, further, patient, showing, driver, seed=seed)
 

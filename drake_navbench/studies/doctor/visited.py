@@ -76,15 +76,13 @@ class Visit:
 
     @property
     def shown(self) -> list[Tried]:
-        """The causes that were shown, the likeliest first.
-
-        What brings touches on fresh seeds comes after the others, what these refute comes last.
+        """The causes that were shown, the likeliest first; what fresh seeds refute comes last.
 
         Of those that take the symptom away the likeliest by reading, whichever change is offered:
         with the right value a drive may go on and meet what the fault has hidden.
         """
         found = [entry for entry in self.tried if entry.verdict is Verdict.SHOWN]
-        return sorted(found, key=lambda entry: (self.is_refuted(entry), self._touches(entry)))
+        return sorted(found, key=self.is_refuted)
 
     @property
     def rivals(self) -> list[Tried]:
@@ -97,10 +95,6 @@ class Visit:
             return []
         own = able[0].trial
         return [e for e in able[1:] if own and e.trial and not {*own.changes} & {*e.trial.changes}]
-
-    def _touches(self, entry: Tried) -> bool:
-        """Tells whether a change that was shown brings touches on fresh seeds."""
-        return any(j.tried is entry and Symptom.COLLISION in j.worse for j in self.judged)
 
     def is_refuted(self, entry: Tried) -> bool:
         """Tells whether a change that was shown leaves the symptom on fresh seeds."""
