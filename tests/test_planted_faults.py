@@ -58,6 +58,15 @@ def test_a_fault_is_one_value_of_one_costmap(planted, files):
     assert radii == [0.07, 0.7, 0.7, 0.7]
 
 
+def test_a_speed_is_the_same_parameter_by_its_older_name(planted, files, tmp_path):
+    """Vector Pursuit's file has desired_linear_vel, which the doctor calls max_linear_vel."""
+    place = "controller_server: FollowPath.desired_linear_vel"
+    fault = planted.Fault("vector_pursuit", place, 0.7, 0.07)
+    file = planted.spoilt_file(fault, files.good_file("vector_pursuit"))
+    facts = files.patient_of(file, tmp_path, files.BASE).facts()
+    assert planted.is_back("controller.max_linear_vel", Direction.UP, fault, facts)
+
+
 def test_a_whole_number_stays_one_and_a_switch_is_turned_round(planted):
     assert planted.spoilt_value(4, 1.0 / 10.0) == 1
     assert planted.spoilt_value(56, 3.0) == 168
