@@ -33,7 +33,8 @@ class Candidate:
     """A change that is being tried. rows: of the changed file, in the pairs driven so far.
 
     left: why no more of its trials are driven; '' where they are. is_proposed: whether the user
-    proposed it and wants a verdict, whatever other changes do.
+    proposed it and wants a verdict, whatever other changes do. is_half: whether it goes half of a
+    way back, of which the whole is driven as well.
     """
 
     suspicion: Suspicion
@@ -42,6 +43,7 @@ class Candidate:
     rows: list[Row] = field(default_factory=list)
     left: str = ""
     is_proposed: bool = False
+    is_half: bool = False
 
     @property
     def is_alive(self) -> bool:
@@ -102,7 +104,10 @@ class Candidates:
         Nav2's value may go beyond what this file needs.
         """
         whole = self.of(suspicion)[0][:1]
-        return whole + [half for c in whole for half in self.scaled(c.suspicion, c.trial, (HALF,))]
+        halves = [half for c in whole for half in self.scaled(c.suspicion, c.trial, (HALF,))]
+        for half in halves:
+            half.is_half = True
+        return whole + halves
 
     def scaled(
         self, suspicion: Suspicion, trial: Trial, shares: Sequence[float]

@@ -407,6 +407,32 @@ def test_an_abnormal_value_is_set_back_half_of_the_way_as_well(patient):
     assert [next(iter(c.trial.changes.values())) for c in found] == [10.0, 14.1]
 
 
+def test_a_few_pairs_do_not_put_half_of_a_way_back_in_the_place_of_the_whole(patient):
+    """In the first six pairs half of the way does more than the whole, in the others nothing."""
+
+    class Lucky(Counted):
+        def drive(self, preset, probes, trials, *, seed):
+            patience_s = preset.stack.navigation.progress_checker.movement_time_allowance
+            rows = super().drive(preset, probes, trials, seed=seed)
+            for number, row in enumerate(rows):
+                half = 0.0 if number < 6 else 2.0
+                value = {10.0: 0.5, 14.1: half}.get(patience_s, 2.0)
+                row["severity"] = {"wobble_straight": value}
+            return rows
+
+    patience = Suspicion(Cause("progress_checker.movement_time_allowance", Direction.DOWN), 0.1, ())
+    (way,) = [
+        s for s in ways_back([patience], patient.facts()) if s.cause.place == patience.cause.place
+    ]
+    experiment = Experiment(
+        patient, Symptom.WOBBLE_STRAIGHT, list(PROBES.values()), Lucky(9.5, 2.0), seed=0
+    )
+    experiment.run([way], [way])
+    found = {next(iter(e.trial.changes.values())): e for e in experiment.tried}
+    assert (found[10.0].verdict, found[10.0].after) == (Verdict.SHOWN, 0.5)
+    assert found[14.1].verdict is Verdict.NOT_SHOWN
+
+
 def test_a_change_that_no_trial_depends_on_is_not_driven(patient):
     text = nav2_text(MPPI_BLOCK, plugin=MPPI, amcl={"max_particles": 2000})
     patient.paths[0].write_text(text)
