@@ -40,8 +40,7 @@ others one or two swings in a rough door, DWB's also a late turn. A seed draws p
 numbers and switches of a file. A number becomes 3 times as large or as small, else 10 times, until
 a probe shows a symptom that the good file does not show, in at least four of six trials. The doctor
 gets that symptom. `studies/harmful_faults.py` has the rules of each draw, written before anything
-of it was driven; then the doctor was not changed until the end. `studies/harmful_faults.json` has
-every visit: values, complaint, causes, change."""
+of it was driven; then the doctor was not changed until the end."""
 COMMAND = "python studies/harmful_faults.py drive DIR --until 12:30"
 # Why a visit missed the first cause, left the symptom, or made something worse.
 LIKE_GOOD = """\
@@ -119,7 +118,6 @@ SCORES = (
     ("of these, nothing else is worse on further seeds", "fine", "100%"),
     ("of these, nothing is worse than in the good file", "as_sound", ""),
     ("driving cannot tell the first from another parameter", "rivals", ""),
-    ("the first suspect by reading alone, with the symptom", "read", ""),
     ("no skill: the likeliest abnormal value", "abnormal", ""),
     ("no skill: the value farthest from Nav2's default", "farthest", ""),
 )
