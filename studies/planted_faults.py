@@ -37,7 +37,7 @@ from sound_files import HERE, PLUGIN, PRESETS, candidates, patient_of, sound_fil
 
 from drake_navbench.errors import InputError
 from drake_navbench.studies.doctor.causes import Direction
-from drake_navbench.studies.doctor.facts import Facts
+from drake_navbench.studies.doctor.facts import ALIASES, Facts
 from drake_navbench.studies.doctor.reading import findings_of
 
 DRAWN = HERE / "planted_faults.yaml"
@@ -152,7 +152,8 @@ def _place_of(fault: Fault) -> str:
     node, _, name = fault.place.partition(": ")
     node = node.partition("/")[0]
     if node == "controller_server" and name.startswith(f"{PLUGIN}."):
-        return f"controller.{name.removeprefix(f'{PLUGIN}.')}"
+        bare = name.removeprefix(f"{PLUGIN}.")
+        return f"controller.{ALIASES.get(bare, bare)}"
     if node == "controller_server" and name.startswith(("goal_checker.", "progress_checker.")):
         return name
     return f"{node}.{name.rpartition('.')[2]}"

@@ -27,6 +27,7 @@ TYPES = {
     "teb": "teb_local_planner::TebLocalPlannerROS",
     "graceful": "nav2_graceful_controller::GracefulController",
     "shim": "nav2_rotation_shim_controller::RotationShimController",
+    "vector_pursuit": "vector_pursuit_controller::VectorPursuitController",
 }
 PRESETS = {
     "rpp": "rpp_bringup",
@@ -34,6 +35,7 @@ PRESETS = {
     "mppi": "mppi_bringup",
     "teb": "teb_upstream",
     "graceful": "graceful",
+    "vector_pursuit": "vector_pursuit",
 }
 # Changes that make the presets, which are for another robot, sound for this one.
 SPEEDS: Mapping[str, Mapping[str, Any]] = {
@@ -58,23 +60,34 @@ NOT_READ = (
     "stateful", "use_interpolation", "PathAngleCritic.forward_preference", "motion_target_dist",
     "initial_rotation_min_angle", "final_rotation",
 )  # fmt: skip
-# Changes that make the files good for the round base.
+# Changes that make the files good for the rectangular base.
+OF_SHIM: Mapping[str, Any] = {
+    "angular_dist_threshold": 0.785, "forward_sampling_distance": 0.5,
+    "rotate_to_heading_angular_vel": 1.0, "max_angular_accel": 3.2, "simulate_ahead_time": 1.0,
+    "rotate_to_goal_heading": True,
+}  # fmt: skip
+OF_DWB: Mapping[str, Any] = {
+    "max_vel_x": 0.7, "max_speed_xy": 0.7, "sim_time": 1.7, "vx_samples": 20,
+    "ObstacleFootprint.scale": 0.02,
+}  # fmt: skip
+OF_RPP: Mapping[str, Any] = {
+    "max_linear_vel": 0.7, "lookahead_dist": 0.8, "approach_velocity_scaling_dist": 0.9,
+}  # fmt: skip
 GOOD: Mapping[str, Mapping[str, Any]] = {
-    "rpp": {"lookahead_dist": 0.5},
-    "dwb": {"max_vel_x": 0.5, "max_speed_xy": 0.5, "ObstacleFootprint.scale": 0.02},
-    "graceful": {"v_linear_max": 0.5, "max_lookahead": 0.7},
-    "mppi": {"vx_max": 0.5, "vx_min": -0.5, "batch_size": 1000},
-    "shim": {
-        "use_rotate_to_heading": False, "angular_dist_threshold": 0.785,
-        "forward_sampling_distance": 0.5, "rotate_to_heading_angular_vel": 1.0,
-        "max_angular_accel": 3.2, "simulate_ahead_time": 1.0, "rotate_to_goal_heading": True,
+    "rpp": OF_RPP,
+    "dwb": OF_DWB,
+    "graceful": {},
+    "mppi": {"batch_size": 1000, "CostCritic.consider_footprint": True},
+    "shim": OF_RPP | OF_SHIM | {"use_rotate_to_heading": False},
+    "shim_dwb": OF_DWB | OF_SHIM,
+    "vector_pursuit": {
+        "desired_linear_vel": 0.7, "rotate_to_heading_angular_vel": 1.0,
+        "min_approach_linear_velocity": 0.05,
     },
 }  # fmt: skip
-# A Graceful Controller given a radius drives on until it touches; given an outline it stops.
-OCTAGON = (
-    "[[0.23, 0.0], [0.163, 0.163], [0.0, 0.23], [-0.163, 0.163], "
-    "[-0.23, 0.0], [-0.163, -0.163], [0.0, -0.23], [0.163, -0.163]]"
-)
+# The controller behind a shim.
+BEHIND = {"shim": "rpp", "shim_dwb": "dwb"}
+OUTLINE = "[[0.3, 0.225], [-0.3, 0.225], [-0.3, -0.225], [0.3, -0.225]]"
 # Nothing that a drive depends on, or no parameter of a drive.
 LEFT_OUT = ("visualize", "publish", "debug", "transform_tolerance", "seed", "enabled", "rolling")
 
@@ -133,32 +146,34 @@ def sound_file(controller: str) -> dict[str, dict[str, Any]]:
 
 def good_file(controller: str) -> dict[str, dict[str, Any]]:
     """Returns a Nav2 file of a controller that shows no touch and no near miss in any probe."""
-    is_shim = controller == "shim"
-    file = sound_file("rpp" if is_shim else controller)
-    server = file["controller_server"]
-    server["progress_checker"]["movement_time_allowance"] = 10.0
-    block = server[PLUGIN]
-    if controller == "dwb":
+    kind = BEHIND.get(controller, controller)
+    preset = load_preset(PRESETS[kind])
+    block = dict(flattened(preset.parameters.as_read().model_dump(mode="json")))
+    block = {k: v for k, v in block.items() if _is_plain(v) and k not in NOT_READ}
+    if kind == "dwb":
         # BaseObstacle looks at the robot's centre alone.
-        del block["BaseObstacle"]
+        block = {k: v for k, v in block.items() if not k.startswith("BaseObstacle.")}
         block["critics"] = [
             c.replace("BaseObstacle", "ObstacleFootprint") for c in block["critics"]
         ]
-    block |= _nested(GOOD[controller])
-    if is_shim:
-        block |= {"primary_controller": block["plugin"], "plugin": TYPES["shim"]}
+    own = {"plugin": TYPES[kind]} | _nested(block | GOOD[controller])
+    if kind != controller:
+        own |= {"primary_controller": own["plugin"], "plugin": TYPES["shim"]}
+    file = sound_file("rpp")
+    server = file["controller_server"]
+    server["progress_checker"]["movement_time_allowance"] = 10.0
+    server[PLUGIN] = own
     for costmap in (file["local_costmap/local_costmap"], file["global_costmap/global_costmap"]):
-        costmap["inflation_layer"] = costmap["inflation_layer"] | {"inflation_radius": 0.6}
         layer = costmap["obstacle_layer"]
         costmap["obstacle_layer"] = layer | {"scan": layer["scan"] | {"clearing": True}}
-        costmap["robot_radius"] = 0.22
-        if controller == "graceful":
-            del costmap["robot_radius"]
-            costmap["footprint"] = OCTAGON
-            costmap["inflation_layer"] |= {"inflation_radius": 0.8, "cost_scaling_factor": 3.0}
+        costmap["inflation_layer"] = costmap["inflation_layer"] | {
+            "inflation_radius": 0.7, "cost_scaling_factor": 3.0,
+        }  # fmt: skip
+        del costmap["robot_radius"]
+        costmap["footprint"] = OUTLINE
     file["velocity_smoother"] |= {
-        "max_velocity": [0.5, 0.0, 1.9],
-        "min_velocity": [-0.5, 0.0, -1.9],
+        "max_velocity": [0.7, 0.0, 1.9],
+        "min_velocity": [-0.7, 0.0, -1.9],
     }
     return file
 

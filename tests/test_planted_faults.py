@@ -34,7 +34,9 @@ def files():
     return import_module("sound_files")
 
 
-@pytest.mark.parametrize("controller", ["rpp", "dwb", "graceful", "shim", "mppi"])
+@pytest.mark.parametrize(
+    "controller", ["rpp", "dwb", "graceful", "mppi", "vector_pursuit", "shim", "shim_dwb"]
+)
 def test_reading_finds_nothing_that_is_wrong_in_a_good_file(controller, files, tmp_path):
     facts = files.patient_of(files.good_file(controller), tmp_path, files.BASE).facts()
     found = {finding.rule.name for finding in findings_of(facts)}
@@ -45,15 +47,24 @@ def test_reading_finds_nothing_that_is_wrong_in_a_good_file(controller, files, t
 def test_a_fault_is_one_value_of_one_costmap(planted, files):
     sound = files.good_file("rpp")
     place = "local_costmap/local_costmap: inflation_layer.inflation_radius"
-    fault = planted.Fault("rpp", place, 0.6, planted.spoilt_value(0.6, 1.0 / 3.0))
-    assert (fault.spoilt, fault.back) == (0.2, Direction.UP)
+    fault = planted.Fault("rpp", place, 0.7, planted.spoilt_value(0.7, 0.1))
+    assert (fault.spoilt, fault.back) == (0.07, Direction.UP)
     spoilt = planted.spoilt_file(fault, sound)
     radii = [
         file[f"{name}/{name}"]["inflation_layer"]["inflation_radius"]
         for file in (spoilt, sound)
         for name in ("local_costmap", "global_costmap")
     ]
-    assert radii == [0.2, 0.6, 0.6, 0.6]
+    assert radii == [0.07, 0.7, 0.7, 0.7]
+
+
+def test_a_speed_is_the_same_parameter_by_its_older_name(planted, files, tmp_path):
+    """Vector Pursuit's file has desired_linear_vel, which the doctor calls max_linear_vel."""
+    place = "controller_server: FollowPath.desired_linear_vel"
+    fault = planted.Fault("vector_pursuit", place, 0.7, 0.07)
+    file = planted.spoilt_file(fault, files.good_file("vector_pursuit"))
+    facts = files.patient_of(file, tmp_path, files.BASE).facts()
+    assert planted.is_back("controller.max_linear_vel", Direction.UP, fault, facts)
 
 
 def test_a_whole_number_stays_one_and_a_switch_is_turned_round(planted):
@@ -72,32 +83,22 @@ def test_a_draw_has_every_number_and_switch_once(study, files):
 
 def test_a_turn_of_dwb_or_mppi_counts_as_two(study):
     done, turns = {}, []
-    for _ in range(8):
+    for _ in range(13):
         turns.append(controller := study.next_controller(done))
         for place, _, _ in study.parameters_left(done, controller)[:4]:
-            done[f"2041 {controller} {place}"] = {"harmful": []}
-    # Graceful's file is not driven.
-    assert turns == ["rpp", "dwb", "shim", "mppi", "rpp", "shim", "rpp", "dwb"]
-
-
-def test_a_parameter_of_the_draw_before_is_passed_over_in_the_same_direction_alone(study):
-    before, now = (study.in_draw_order("rpp", seed) for seed in study.DRAWS)
-    number = next(p for p in before if p in now and not isinstance(p[1], bool))
-    turned = next(p for p in before if p not in now and not isinstance(p[1], bool))
-    switch = next(p for p in before if isinstance(p[1], bool))
-    done = {f"2040 rpp {place}": {} for place, *_ in (number, turned, switch)}
-    left = [place for place, *_ in study.parameters_left(done, "rpp")]
-    assert set(left) == {p[0] for p in now} - {number[0], switch[0]}
+            done[f"2042 {controller} {place}"] = {"harmful": []}
+    first = ["rpp", "dwb", "graceful", "mppi", "vector_pursuit", "shim", "shim_dwb"]
+    assert turns == [*first, "rpp", "graceful", "vector_pursuit", "shim", "rpp", "dwb"]
 
 
 def test_what_does_harm_waits_for_its_visit(study):
     done = {
-        "2040 rpp a": {"harmful": ["too_slow"]},
-        "2041 rpp b": {"harmful": []},
-        "2041 rpp c": {"harmful": ["too_slow"], "first": False},
-        "2041 dwb d": {"harmful": ["spins"]},
+        "2041 rpp a": {"harmful": ["too_slow"]},
+        "2042 rpp b": {"harmful": []},
+        "2042 rpp c": {"harmful": ["too_slow"], "first": False},
+        "2042 dwb d": {"harmful": ["spins"]},
     }
-    assert [key for key, _ in study.waiting_visits(done)] == ["2041 dwb d"]
+    assert [key for key, _ in study.waiting_visits(done)] == ["2042 dwb d"]
 
 
 def test_a_visit_that_ends_with_an_error_is_a_miss(study, monkeypatch, tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,7 +12,7 @@ from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.kernels.footprint import footprint_radii
 from drake_navbench.studies.doctor.causes import Cause, Direction
-from drake_navbench.studies.doctor.cures import Trial, trials_of
+from drake_navbench.studies.doctor.cures import Trial, scaled, trials_of
 from drake_navbench.studies.doctor.driving import Driver, Row
 from drake_navbench.studies.doctor.facts import CONTROLLER, Facts
 from drake_navbench.studies.doctor.files import Patient
@@ -20,8 +21,11 @@ from drake_navbench.studies.doctor.symptoms import Symptom
 from drake_navbench.studies.doctor.tried import IDLE, Tried, Verdict
 from drake_navbench.typed_files.dotted_names import flattened
 
+# Shares of the way of a change: half of it, and half as much again.
+HALF, BEYOND = 0.5, 1.5
 ASKS_FOR_LESS = "asks for less speed, and makes no robot faster"
 BELOW_BODY = "the radius would be smaller than the robot's body"
+BEYOND_BASE = "the robot's own file gives less speed"
 
 
 @dataclass
@@ -29,7 +33,8 @@ class Candidate:
     """A change that is being tried. rows: of the changed file, in the pairs driven so far.
 
     left: why no more of its trials are driven; '' where they are. is_proposed: whether the user
-    proposed it and wants a verdict, whatever other changes do.
+    proposed it and wants a verdict, whatever other changes do. is_half: whether it goes half of a
+    way back, of which the whole is driven as well.
     """
 
     suspicion: Suspicion
@@ -38,6 +43,7 @@ class Candidate:
     rows: list[Row] = field(default_factory=list)
     left: str = ""
     is_proposed: bool = False
+    is_half: bool = False
 
     @property
     def is_alive(self) -> bool:
@@ -70,6 +76,11 @@ class Candidates:
         if trials and all(is_below_body(trial, self._setup.robot) for trial in trials):
             return [], [Tried(suspicion, trials[0], Verdict.NOT_TRIED, reason=BELOW_BODY)]
         trials = [trial for trial in trials if not is_below_body(trial, self._setup.robot)]
+        if self._symptom is Symptom.TOO_SLOW and trials:
+            first, *_ = trials
+            trials = [trial for trial in trials if not _is_beyond_base(trial, self._facts)]
+            if not trials:
+                return [], [Tried(suspicion, first, Verdict.NOT_TRIED, reason=BEYOND_BASE)]
         if any(
             not self._facts.has_node(p.node.rpartition("/")[2]) for t in trials for p in t.changes
         ):
@@ -87,6 +98,25 @@ class Candidates:
                 found.append(candidate)
         return found, told
 
+    def way_back(self, suspicion: Suspicion) -> list[Candidate]:
+        """Returns the changes that set an abnormal value back: to Nav2's, and half of the way.
+
+        Nav2's value may go beyond what this file needs.
+        """
+        whole = self.of(suspicion)[0][:1]
+        halves = [half for c in whole for half in self.scaled(c.suspicion, c.trial, (HALF,))]
+        for half in halves:
+            half.is_half = True
+        return whole + halves
+
+    def scaled(
+        self, suspicion: Suspicion, trial: Trial, shares: Sequence[float]
+    ) -> list[Candidate]:
+        """Returns the changes that go such shares of a change's way."""
+        trials = [scaled(trial, self._facts, share) for share in shares]
+        found = [self.of_trial(suspicion, each)[0] for each in trials if each is not None]
+        return [candidate for candidate in found if candidate is not None]
+
     def of_trial(self, suspicion: Suspicion, trial: Trial) -> tuple[Candidate | None, str]:
         """Returns a change to drive; None, with the reason, if it is refused or changes nothing."""
         try:
@@ -100,9 +130,22 @@ class Candidates:
 
 
 def _asks_for_less(cause: Cause, facts: Facts) -> bool:
-    """Tells whether a cure only lowers the speed that the file asks for."""
+    """Tells whether a cure only lowers the speed that the file asks for.
+
+    To ask for no more than the robot's own file gives is a cure of its own: the robot then does
+    what the controller expects.
+    """
     places = (facts.speed_place, f"{CONTROLLER}.max_speed_xy")
-    return cause.direction is Direction.DOWN and cause.place in places
+    is_less = cause.direction is Direction.DOWN and cause.place in places
+    return is_less and not 0.0 < facts.base_mps < facts.number(cause.place)
+
+
+def _is_beyond_base(trial: Trial, facts: Facts) -> bool:
+    """Tells whether a change lets the velocity smoother pass more speed than the robot has."""
+    return any(
+        place.name == "max_velocity" and isinstance(new, list) and new[0] > facts.base_mps > 0.0
+        for place, new in trial.changes.items()
+    )
 
 
 def is_below_body(trial: Trial, robot: Robot) -> bool:

@@ -150,6 +150,23 @@ def _side_that_follows(cause: Cause, place: str, new: Any, facts: Facts) -> str:
     return other if is_short or facts.number(other) == facts.number(place) else ""
 
 
+def scaled(trial: Trial, facts: Facts, share: float) -> Trial | None:
+    """Returns a change of one number that goes this share of its way; None if it is none.
+
+    The way is a factor: from 3.0 to 1.5 half of it leads to 2.12, half as much again to 1.06.
+    """
+    value = facts[trial.cause.place]
+    new = next(iter(trial.changes.values()))
+    is_one = not trial.parts and _is_number(value) and _is_number(new) and value * new > 0
+    if not is_one or any(other != new for other in trial.changes.values()):
+        return None
+    step = _like(_rounded(value * (new / value) ** share), value)
+    known = (value, new)
+    if any(abs(step - number) < LEAST_STEP * min(abs(step), abs(number)) for number in known):
+        return None
+    return Trial(trial.cause, dict.fromkeys(trial.changes, step))
+
+
 def told_with_step(cause: Cause, facts: Facts) -> str:
     """Returns a cause as an instruction, with a first step where no value of the cure is known.
 

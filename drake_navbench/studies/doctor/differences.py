@@ -113,7 +113,9 @@ def _contradictions(facts: Facts) -> Iterator[tuple[Suspicion, ...]]:
 def _speeds_that_differ(facts: Facts) -> Iterator[tuple[Suspicion, ...]]:
     """Yields the ways out if the controller asks for a speed far from what the file lets drive.
 
-    Where a limit is too low, the speed that is asked for is lowered or the limit is raised.
+    Where a limit is too low, the speed that is asked for is lowered or the limit is raised, at most
+    to what the robot's own file gives. If that gives the speed asked for, the limit is the likelier
+    one to be wrong.
     """
     asked = facts.asked_mps
     limits = {place: facts.number(place) for place in LIMITS}
@@ -124,11 +126,18 @@ def _speeds_that_differ(facts: Facts) -> Iterator[tuple[Suspicion, ...]]:
     low = min(limits, key=lambda place: limits[place])
     least = limits[low]
     if asked > OTHER * least:
+        can_mps = facts.base_mps or asked
         why = f"The file lets nothing drive faster than {least:g} m/s."
         cause = Cause(facts.speed_place, Direction.DOWN, least, why, SOURCE)
-        lower = Suspicion(cause, FAR_SCORE * _moved(facts, facts.speed_place), (why,))
+        can_drive = OF_USUAL if facts.base_mps >= asked else 1.0
+        score = FAR_SCORE * can_drive * _moved(facts, facts.speed_place)
+        lower = Suspicion(cause, score, (why,))
+        if can_mps <= OTHER * least:
+            yield (lower,)
+            return
         why = f"The controller asks for {asked:g} m/s."
-        to = asked if low in LIMITS else [asked, *facts[low][1:]]
+        most = min(asked, can_mps)
+        to = most if low in LIMITS else [most, *facts[low][1:]]
         cause = Cause(low, Direction.UP, to, why, SOURCE)
         yield lower, Suspicion(cause, FAR_SCORE * _moved(facts, low), (why,))
     elif least > FAR * asked:

@@ -84,15 +84,15 @@ class Experiment:
 
         After the first batch all of them are tried together, in the end those that helped. After a
         change that is shown to take the symptom away nothing more is driven. proposed: the user's
-        changes, which are in the first batch before all. first: of each of these, one change
-        follows, so that it is named before others that do as much.
+        changes, which are in the first batch before all. first: the abnormal values follow, so that
+        their ways back are named before others that do as much.
         """
         self.rarity = self._race.rarity()
         if self.rarity.is_rare:
             return
         raw = self._raw
         batch = [c for trial in proposed for c in self._proposed(trial)]
-        batch += [c for suspicion in first for c in self.candidates.of(suspicion)[0][:1]]
+        batch += [c for suspicion in first for c in self.candidates.way_back(suspicion)]
         known = [c.trial.changes for c in batch]
         room = MOST_CHANGES - SETS
         is_first = True
@@ -113,6 +113,16 @@ class Experiment:
         helpful = self._helpful()
         if len(helpful) > 1 and not self._is_over:
             self._together(helpful)
+
+    def further(self, entry: Tried, shares: Sequence[float]) -> list[Tried]:
+        """Returns the effects of going such shares of a change's way."""
+        if entry.trial is None:
+            return []
+        batch = self.candidates.scaled(entry.suspicion, entry.trial, shares)
+        known = [e.trial.changes for e in self._raw if e.trial is not None and not e.reason]
+        raw = self._race.run([c for c in batch if c.trial.changes not in known])
+        self._raw += raw
+        return [e for e in self.tried if any(e.trial is new.trial for new in raw)]
 
     @property
     def _is_over(self) -> bool:

@@ -54,7 +54,8 @@ class Facts:
     mistakes, with what Nav2 makes of them, from the check. mark: how the release was found.
     others: further controllers in the file, by their names. left_out: a line for each thing in the
     file that could not be read. raw: all values of the file by node and parameter as the file
-    spells them, 'local_costmap.obstacle_layer.scan.topic', also those that are refused.
+    spells them, 'local_costmap.obstacle_layer.scan.topic', also those that are refused. base_mps:
+    the speed ahead that the robot's own file gives; 0 where it gives none.
     """
 
     kinds: tuple[str, ...]
@@ -74,6 +75,7 @@ class Facts:
     others: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
     raw: Mapping[str, Any] = field(default_factory=dict)
+    base_mps: float = 0.0
 
     def __getitem__(self, place: str) -> Any:
         """Returns the value of a place; None where the file and its models have none."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -124,6 +124,13 @@ class Patient:
 
     @cached_property
     def _facts(self) -> Facts:
+        drive = self._robot[0].drive
+        is_known = "max_linear_velocity_mps" in drive.model_fields_set
+        return replace(
+            self._facts_of_file(), base_mps=drive.max_linear_velocity_mps if is_known else 0.0
+        )
+
+    def _facts_of_file(self) -> Facts:
         try:
             columns = self.columns()
         except InputError:

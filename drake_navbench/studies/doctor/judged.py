@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from drake_navbench.studies.doctor.cures import Trial
 from drake_navbench.studies.doctor.race import CHANCE
-from drake_navbench.studies.doctor.symptoms import Symptom
+from drake_navbench.studies.doctor.symptoms import Symptom, is_lighter
 from drake_navbench.studies.doctor.tried import Tried
 
 # If fewer trials than this show the symptom before the change, none is judged.
@@ -78,15 +78,13 @@ class Judged:
 
     @property
     def helps(self) -> bool:
-        """Whether the symptom is gone or rare, and no other one has come.
+        """Whether the symptom is gone or rare, and each one that comes is lighter.
 
-        A touch outweighs everything: a change that takes touches away may bring another symptom.
+        A robot that now comes farther meets what it did not meet before.
         """
-        if self.fails or not self.is_gone:
+        if self.fails or not self.is_gone or self.symptom is None:
             return False
-        if self.symptom is Symptom.COLLISION:
-            return Symptom.COLLISION not in self.worse
-        return not self.worse
+        return all(is_lighter(Symptom(name), self.symptom) for name in self.worse)
 
     @property
     def has_one_touch_more(self) -> bool:

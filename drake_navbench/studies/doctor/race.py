@@ -218,22 +218,32 @@ class Race:
         return float((before - after) / before) if before > 0.0 else 0.0
 
     def _leave_all_but_the_best(self, batch: Sequence[Candidate]) -> None:
-        """Drops the changes that others outdo, and strong steps where a mild step does as much."""
+        """Drops the changes that others outdo, and strong steps where a mild step does as much.
+
+        A few pairs do not tell a way back from half of it: both go on, unless the whole takes all.
+        """
         falls = {id(c): round(self._fall(c), 1) for c in batch if c.is_alive}
         alive = sorted((c for c in batch if c.is_alive), key=lambda c: -falls[id(c)])
         most = falls[id(alive[0])] if alive else 0.0
         least = HALF * most if most >= NEARLY_ALL else 0.0
+        whole = {
+            c.suspicion.cause.key for c in alive if falls[id(c)] >= NEARLY_ALL and not c.is_half
+        }
         done: set[tuple[str, Any]] = set()
+        kept: set[tuple[tuple[str, Any], bool]] = set()
         for candidate in alive:
             key = candidate.suspicion.cause.key
             if candidate.is_proposed:
                 continue
-            if key in done:
+            if (key, candidate.is_half) in kept or (candidate.is_half and key in whole):
                 candidate.left = "another value does as much in the first pairs"
-            elif len(done) >= MOST_TO_THE_END or falls[id(candidate)] <= least:
+            elif (key not in done and len(done) >= MOST_TO_THE_END) or (
+                falls[id(candidate)] <= least
+            ):
                 candidate.left = "others do more in the first pairs"
             else:
                 done.add(key)
+                kept.add((key, candidate.is_half))
 
     def _go_on(self, batch: Sequence[Candidate], pairs: int, least: float) -> None:
         """Drives changes that help, but not surely enough for one of many, up to so many pairs.
@@ -247,7 +257,11 @@ class Race:
         if any(entry.takes_all for entry in shown):
             least = NEARLY_ALL if pairs < MOST_PAIRS else math.inf
         able = [(c, e) for c, e in entries if e not in shown and not e.touches]
-        unsure = [c for c, entry in able if entry.fall >= least]
+        unsure = [
+            c
+            for c, entry in able
+            if entry.fall >= least or (least <= NEARLY_ALL and entry.leaves_nothing)
+        ]
         if unsure and not self.is_out_of_time:
             names = ", ".join(c.trial.told for c in unsure)
             self._driver.tell(f"  not sure yet: {names}: up to {pairs} pairs")

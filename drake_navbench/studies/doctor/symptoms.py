@@ -37,6 +37,28 @@ class Symptom(StrEnum):
 # What is treated where the probes do not show the symptom that was complained of, but this one.
 MILDER: Mapping[Symptom, Symptom] = {Symptom.COLLISION: Symptom.NEAR_MISS}
 
+# Symptoms by their weight, the heaviest first: a touch, a near miss, a robot that does not come to
+# its goal, one that is slow; all others are lighter.
+HEAVIEST_FIRST: tuple[frozenset[Symptom], ...] = (
+    frozenset({Symptom.COLLISION}),
+    frozenset({Symptom.NEAR_MISS}),
+    frozenset(
+        {Symptom.NO_START, Symptom.FALSE_ABORT, Symptom.NO_RECOVERY, Symptom.GOAL_NOT_REACHED}
+    ),
+    frozenset({Symptom.TOO_SLOW, Symptom.DOOR_STOP, Symptom.STALL_BEFORE_GOAL}),
+)
+
+
+def is_lighter(one: Symptom, other: Symptom) -> bool:
+    """Tells whether a symptom weighs less than another one."""
+    return _rank(one) > _rank(other)
+
+
+def _rank(symptom: Symptom) -> int:
+    ranks = (rank for rank, those in enumerate(HEAVIEST_FIRST) if symptom in those)
+    return next(ranks, len(HEAVIEST_FIRST))
+
+
 LOOKS_LIKE: Mapping[Symptom, str] = {
     Symptom.WOBBLE_STRAIGHT: "weaves or swings on a straight way",
     Symptom.STOP_START_JERK: "stops and starts, or jerks",

@@ -120,12 +120,18 @@ def corrected(raw: Sequence[Tried]) -> list[Tried]:
     adjusted = holm([*(entry.p_value for entry in driven), *[1.0] * (MOST_CHANGES - len(driven))])
     found: list[Tried] = []
     for entry, p_value in zip(driven, adjusted, strict=False):
-        is_shown = p_value <= ERROR and entry.fall >= LEAST_FALL and not entry.touches
+        is_less = entry.fall >= LEAST_FALL or entry.leaves_nothing
+        is_shown = p_value <= ERROR and is_less and not entry.touches
         verdict = Verdict.SHOWN if is_shown else Verdict.NOT_SHOWN
         values = entry.__dict__ | {"verdict": verdict, "p_value": float(p_value)}
         found.append(Tried(**values))
-    # If several changes take the symptom away, the likeliest cause stays before the others.
+    # Of several changes that take the symptom away the likeliest cause by reading stays first; the
+    # others follow by what they take away times how likely they are.
     found.sort(
-        key=lambda e: (e.verdict is not Verdict.SHOWN, not e.takes_all, -e.fall * (not e.takes_all))
+        key=lambda e: (
+            e.verdict is not Verdict.SHOWN,
+            not e.takes_all,
+            -e.fall * e.suspicion.score * (not e.takes_all),
+        )
     )
     return found + [entry for entry in raw if not entry.pairs]

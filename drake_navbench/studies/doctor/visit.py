@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from drake_navbench.studies.doctor.alike import Told
+from drake_navbench.studies.doctor.candidates import BEYOND, HALF
 from drake_navbench.studies.doctor.change import judge, trials_to_judge
 from drake_navbench.studies.doctor.complaints import symptoms_told
 from drake_navbench.studies.doctor.cures import Trial
@@ -30,7 +31,7 @@ from drake_navbench.studies.doctor.reading import asked_about, findings_of, susp
 from drake_navbench.studies.doctor.surroundings import Surroundings
 from drake_navbench.studies.doctor.symptoms import MILDER, Symptom
 from drake_navbench.studies.doctor.told import told_blindness
-from drake_navbench.studies.doctor.tried import Rarity
+from drake_navbench.studies.doctor.tried import Tried
 from drake_navbench.studies.doctor.visited import Visit
 
 # The search keeps the time of one judgement and of the replays, but at most this share of what is
@@ -140,7 +141,8 @@ def _treat(found: Visit, patient: Patient, told: Told, driver: Driver, *, seed: 
             _suspect(found, symptom, told)
         judging = trials_to_judge(len(showing), len(found.probes)) + REPLAY_TRIALS
         with driver.keeping(min(judging * driver.trial_s, MOST_KEPT_SHARE * driver.left_s)):
-            rarity = _try_causes(found, patient, symptom, showing, driver, seed=seed)
+            experiment = _try_causes(found, patient, symptom, showing, driver, seed=seed)
+        rarity = experiment.rarity
         if not rarity.is_rare:
             break
         found.rare[symptom] = rarity
@@ -148,8 +150,31 @@ def _treat(found: Visit, patient: Patient, told: Told, driver: Driver, *, seed: 
     else:
         found.treated = next(iter(found.rare), None)
         return
+    _judge(found, found.tried, patient, showing, driver, seed=seed)
+    if found.cure is not None and not found.cure.worse:
+        return
+    priced = next((judged for judged in found.judged if judged.is_gone and judged.worse), None)
+    if priced is not None and driver.left_s > 0.0:
+        # Whoever touches has gone too far.
+        shares = (HALF,) if Symptom.COLLISION in priced.worse else (BEYOND, HALF)
+        further = experiment.further(priced.tried, shares)
+        found.tried = [*found.tried, *further]
+        _judge(found, further, patient, showing, driver, seed=seed)
+
+
+def _judge(
+    found: Visit,
+    tried: Sequence[Tried],
+    patient: Patient,
+    showing: Sequence[str],
+    driver: Driver,
+    *,
+    seed: int,
+) -> None:
+    """Judges the best of some changes for the treated symptom on fresh seeds."""
+    assert found.treated is not None
     for judged in judge(
-        patient, found.tried, symptom, found.probes, showing, driver, seed=seed, bar=found.bar
+        patient, tried, found.treated, found.probes, showing, driver, seed=seed, bar=found.bar
     ):
         found.judged.append(judged)
 
@@ -199,8 +224,8 @@ def _try_causes(
     driver: Driver,
     *,
     seed: int,
-) -> Rarity:
-    """Tries the causes of a symptom, and returns how rare it is; if too rare, none is tried.
+) -> Experiment:
+    """Tries the causes of a symptom, and returns the experiment; if it is too rare, none is tried.
 
     Where some of the probes that show it do so in every trial, on these alone.
     """
@@ -222,7 +247,7 @@ def _try_causes(
         # The changes that were tried until Ctrl-C count, too.
         found.tried = experiment.tried
         found.is_out_of_time |= experiment.is_out_of_time
-    return experiment.rarity
+    return experiment
 
 
 def _to_treat(found: Visit) -> list[Symptom]:

@@ -9,7 +9,7 @@ from drake_navbench.errors import InputError
 from drake_navbench.nav2.patch import Place
 from drake_navbench.studies.doctor import cures
 from drake_navbench.studies.doctor.causes import Cause, Direction
-from drake_navbench.studies.doctor.cures import told_with_step, trials_of
+from drake_navbench.studies.doctor.cures import Trial, scaled, told_with_step, trials_of
 from drake_navbench.studies.doctor.files import Patient
 from drake_navbench.studies.doctor.probes import size_of
 
@@ -142,6 +142,23 @@ def test_a_source_that_is_not_told_its_heights_is_told_them(patient):
     found = changes(patient(text), Cause("local_costmap.max_obstacle_height", Direction.UP, 2.0))
     place = Place("local_costmap/local_costmap", "obstacle_layer.scan.max_obstacle_height")
     assert found[0] == {place: 2.0}
+
+
+@pytest.mark.parametrize(
+    ("share", "step"),
+    [
+        # From 0.9 to 0.4 rad/s is a factor of 0.444, whose root is 0.667.
+        (0.5, 0.6), (1.5, 0.267),
+        # 0.42 hardly differs from 0.4.
+        (0.95, None),
+    ],
+)  # fmt: skip
+def test_a_change_may_go_a_part_of_its_way_or_beyond(patient, share, step):
+    facts = patient(nav2_text(MPPI_BLOCK | {"wz_std": 0.9}, plugin=MPPI)).facts()
+    place = Place("controller_server", "FollowPath.wz_std")
+    trial = Trial(Cause("controller.wz_std", Direction.DOWN), {place: 0.4})
+    found = scaled(trial, facts, share)
+    assert (found and found.changes[place]) == step
 
 
 def test_the_speed_has_the_name_that_the_file_has(patient):

@@ -30,6 +30,24 @@ def test_a_fall_that_is_small_or_brings_touches_is_not_shown():
     assert {e.verdict for e in corrected([small, touching])} == {Verdict.NOT_SHOWN}
 
 
+def test_a_symptom_hardly_above_its_threshold_is_gone_if_no_pair_shows_it():
+    """Too slow by 6%, and at 89% of the threshold with the sound value: a fall of 16%."""
+    gone, left = (tried(1.06, 0.89, 1e-4, showing=count) for count in (0, 1))
+    assert [e.verdict for e in corrected([gone, left])] == [Verdict.SHOWN, Verdict.NOT_SHOWN]
+
+
+def test_what_takes_a_part_away_is_ordered_by_that_part_times_how_likely_it_is():
+    # 0.5 times 0.6 is more than 0.8 times 0.2.
+    likely, unlikely = (
+        tried(2.0, after, 1e-4, suspicion=Suspicion(CAUSE, score, ("Why.",)))
+        for after, score in ((1.0, 0.6), (0.4, 0.2))
+    )
+    assert [e.after for e in corrected([unlikely, likely])] == [1.0, 0.4]
+    # What takes all of it away comes first, however unlikely.
+    whole = tried(2.0, 0.0, 1e-4, suspicion=Suspicion(CAUSE, 0.1, ("Why.",)))
+    assert corrected([likely, whole])[0].after == 0.0
+
+
 def test_a_change_is_judged_on_the_seeds_of_the_first_look_where_nothing_was_searched(patient):
     driven = set()
 
@@ -263,8 +281,24 @@ def test_a_touch_outweighs_what_comes_instead_and_the_price_is_told(patient):
     visited.judged = [priced]
     told = "(door_stop) in 3 trials, before the change in 1, in the 4 trials"
     assert told in verdict(visited)
-    # No other symptom has this right.
+    # A robot that spins and then stops in a door is no better off.
     assert not replace(priced, symptom=Symptom.SPINS).helps
+
+
+@pytest.mark.parametrize(
+    ("instead", "helps"),
+    [
+        # Who did not come to the goal comes now, and is slow or stops on the way.
+        ("too_slow", True), ("stop_start_jerk", True),
+        # As heavy, or heavier.
+        ("goal_not_reached", False), ("near_miss", False), ("collision", False),
+    ],
+)  # fmt: skip
+def test_a_change_helps_if_what_comes_is_lighter_than_what_goes(patient, instead, helps):
+    good = judged(patient, ["false_abort"], [], Symptom.FALSE_ABORT)
+    found = replace(good, after=good.after | {instead: good.before[instead] + 2})
+    assert found.worse == [instead]
+    assert found.helps is helps
 
 
 def test_what_stands_where_there_was_a_touch_is_told_and_not_held_against_the_change(patient):

@@ -296,6 +296,64 @@ def test_a_lower_speed_limit_is_no_cure_of_a_robot_that_is_too_slow(patient, sym
     ] * (symptom is Symptom.TOO_SLOW)
 
 
+def test_a_robot_whose_own_file_gives_less_speed_than_is_asked_may_be_asked_for_less(tmp_path):
+    # The TurtleBot 4 does 0.31 m/s: more is neither asked for nor let through.
+    path = tmp_path / "fast.yaml"
+    smoother = {"max_velocity": [0.31, 0.0, 1.9]}
+    block = RPP_BLOCK | {"desired_linear_vel": 0.9}
+    path.write_text(nav2_text(block, plugin=RPP, velocity_smoother=smoother))
+    one = Patient((path,), "turtlebot4", {}, "jazzy")
+    found = {(s.cause.place, s.cause.direction): s for s in with_differences([], one.facts())}
+    less = found["controller.max_linear_vel", Direction.DOWN]
+    assert less.cause.to == 0.31
+    assert ("velocity_smoother.max_velocity", Direction.UP) not in found
+    experiment = Experiment(one, Symptom.TOO_SLOW, list(PROBES.values()), Counted(9.5, 0.0), seed=0)
+    first, *_ = experiment.candidates.of(less)[0]
+    assert [*first.trial.changes.values()] == [0.31]
+    more = Suspicion(Cause("velocity_smoother.max_velocity", Direction.UP), 1.0, ("Why.",))
+    driven, told = experiment.candidates.of(more)
+    assert driven == []
+    assert [entry.reason for entry in told] == ["the robot's own file gives less speed"]
+
+
+def test_an_abnormal_value_is_set_back_half_of_the_way_as_well(patient):
+    # Nav2's progress checker waits 10 s, the file's 20 s; half of the factor of 2 is 1.41.
+    facts = patient.facts()
+    experiment = Experiment(
+        patient, Symptom.WOBBLE_STRAIGHT, list(PROBES.values()), Counted(9.5, 0.0), seed=0
+    )
+    patience = Suspicion(Cause("progress_checker.movement_time_allowance", Direction.DOWN), 0.1, ())
+    (way,) = [s for s in ways_back([patience], facts) if s.cause.place == patience.cause.place]
+    found = experiment.candidates.way_back(way)
+    assert [next(iter(c.trial.changes.values())) for c in found] == [10.0, 14.1]
+
+
+def test_a_few_pairs_do_not_put_half_of_a_way_back_in_the_place_of_the_whole(patient):
+    """In the first six pairs half of the way does more than the whole, in the others nothing."""
+
+    class Lucky(Counted):
+        def drive(self, preset, probes, trials, *, seed):
+            patience_s = preset.stack.navigation.progress_checker.movement_time_allowance
+            rows = super().drive(preset, probes, trials, seed=seed)
+            for number, row in enumerate(rows):
+                half = 0.0 if number < 6 else 2.0
+                value = {10.0: 0.5, 14.1: half}.get(patience_s, 2.0)
+                row["severity"] = {"wobble_straight": value}
+            return rows
+
+    patience = Suspicion(Cause("progress_checker.movement_time_allowance", Direction.DOWN), 0.1, ())
+    (way,) = [
+        s for s in ways_back([patience], patient.facts()) if s.cause.place == patience.cause.place
+    ]
+    experiment = Experiment(
+        patient, Symptom.WOBBLE_STRAIGHT, list(PROBES.values()), Lucky(9.5, 2.0), seed=0
+    )
+    experiment.run([way], [way])
+    found = {next(iter(e.trial.changes.values())): e for e in experiment.tried}
+    assert (found[10.0].verdict, found[10.0].after) == (Verdict.SHOWN, 0.5)
+    assert found[14.1].verdict is Verdict.NOT_SHOWN
+
+
 def test_a_change_that_no_trial_depends_on_is_not_driven(patient):
     text = nav2_text(MPPI_BLOCK, plugin=MPPI, amcl={"max_particles": 2000})
     patient.paths[0].write_text(text)

@@ -16,6 +16,7 @@ from drake_navbench.inputs.robot import load_robot
 from drake_navbench.nav2.patch import Place
 from drake_navbench.studies.doctor import visit as visits
 from drake_navbench.studies.doctor.alike import NOTHING_TOLD, Told
+from drake_navbench.studies.doctor.candidates import BEYOND, HALF
 from drake_navbench.studies.doctor.causes import Direction
 from drake_navbench.studies.doctor.change_words import change_told
 from drake_navbench.studies.doctor.cures import Trial
@@ -29,7 +30,7 @@ from drake_navbench.studies.doctor.patches import patch_of
 from drake_navbench.studies.doctor.probes import LONGEST_S, MAKERS, ROUGH, probes_for
 from drake_navbench.studies.doctor.reading import findings_of, suspicions_of
 from drake_navbench.studies.doctor.symptoms import Symptom
-from drake_navbench.studies.doctor.tried import NO_TIME
+from drake_navbench.studies.doctor.tried import NO_TIME, Rarity, Verdict
 from drake_navbench.studies.doctor.words import verdict
 
 
@@ -275,6 +276,33 @@ def test_causes_are_tried_on_the_probes_that_always_show_the_symptom(patient, mo
     # The judgement has all three.
     assert driven == {"probe_straight", "probe_corridor"}
     assert set(found.cure.showing) == set(PROBES)
+
+
+@pytest.mark.parametrize(
+    ("price", "driven"), [("spins", [BEYOND, HALF]), ("collision", [HALF]), ("", [])]
+)
+def test_what_takes_the_symptom_away_at_a_price_is_tried_in_further_steps(
+    patient, monkeypatch, price, driven
+):
+    steps = []
+
+    class Steps:
+        rarity = Rarity(12, 12)
+
+        def further(self, entry, shares):
+            steps.extend(shares)
+            return []
+
+    found = visits.Visit(patient.facts(), asked=Symptom.WOBBLE_STRAIGHT, probes=PROBES)
+    found.rows = Rows(["wobble_straight"], []).drive(
+        patient.chosen(patient.columns()), PROBES.values(), 2, seed=0
+    )
+    found.seen = {Symptom.WOBBLE_STRAIGHT: ["straight"]}
+    found.tried = [tried(2.0, 0.0, 0.001, verdict=Verdict.SHOWN)]
+    monkeypatch.setattr(visits, "_try_causes", lambda *arguments, **named: Steps())
+    driver = Rows(["wobble_straight"], [price] if price else [])
+    visits._treat(found, patient, NOTHING_TOLD, driver, seed=0)
+    assert steps == driven
 
 
 def test_a_symptom_that_one_of_two_trials_shows_is_looked_at_again():
