@@ -7,11 +7,13 @@ from drake_navbench.analysis.junit import FAILURE, SKIPPED, Case, case_of, junit
 from drake_navbench.analysis.paired_tests import Family, PairedVerdict
 from drake_navbench.analysis.paired_text import PROMISE, cells_text, equal_text, lost_lines, table
 
+TITLE = "# Compared with"
+
 
 def to_markdown(comparison: FolderComparison) -> str:
     """Returns the comparison in Markdown: errors, regressions, undecided losses, all changes."""
     judged, regressions = comparison.judged, comparison.regressions
-    lines = [f"# Compared with {comparison.baseline}", ""]
+    lines = [f"{TITLE} {comparison.baseline}", ""]
     lines.append(f"Listed metrics: {', '.join(comparison.listed) or 'none'}.")
     lines += [f"{len(regressions)} of them became worse.", "", f"In all: {comparison.summary}."]
     lines += ["", equal_text(judged), "", PROMISE, ""]

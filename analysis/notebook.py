@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from html import escape
 from importlib.resources import files
 from pathlib import Path
+from urllib.parse import quote
 
 import pandas as pd
 from matplotlib.figure import Figure
@@ -42,9 +43,9 @@ class ReplayPage:
     path: Path
 
     def _repr_html_(self) -> str:
-        address = escape(self.path.as_posix())
+        address, name = quote(self.path.as_posix()), escape(self.path.as_posix())
         frame = f'<iframe src="{address}" width="100%" height="{REPLAY_HEIGHT_PX}"></iframe>'
-        return f'{frame}<p><a href="{address}">{address}</a></p>'
+        return f'{frame}<p><a href="{address}">{name}</a></p>'
 
 
 def dots(trials: pd.DataFrame, metric: str) -> Picture:

@@ -131,8 +131,10 @@ def score(asked: Sequence[Asked], answers: dict[str, list[str]]) -> None:
     print(f"{len(asked)} cases of {len(set(owners))} owners, {answered} with an answer")
     for name, ranks in (("without", plain), ("with answers", told), ("always the first", first)):
         print(f"{name:18} first {_told(ranks, owners, 1)}, among three {_told(ranks, owners, TOP)}")
-    shares = [sum(map(np.mean, [[_is_in(r, n) for r in row] for row in each])) for n in (1, TOP)]
-    best = [min((rank for rank in row if rank), default=None) for row in each]
+    # A case without a complaint to ask about is answered by none.
+    drawn = [row or [rank] for row, rank in zip(each, plain, strict=True)]
+    shares = [sum(map(np.mean, [[_is_in(r, n) for r in row] for row in drawn])) for n in (1, TOP)]
+    best = [min((rank for rank in row if rank), default=None) for row in drawn]
     print(f"{'the best of all':18} first {_told(best, owners, 1)}, among three "
           f"{_told(best, owners, TOP)}")  # fmt: skip
     print(f"{'one at random':18} first {shares[0]:.1f}, among three {shares[1]:.1f}")

@@ -88,7 +88,11 @@ def _compare(arguments: argparse.Namespace) -> int:
     from drake_navbench.analysis.metrics.registry import use_metric_files
     from drake_navbench.analysis.paired_tests import DEFAULT_LISTED
     from drake_navbench.analysis.paired_text import lost_lines, sentence
+    from drake_navbench.typed_files.output_file import HTML, JUNIT, require_replaceable
 
+    require_replaceable("--html", arguments.html, HTML)
+    require_replaceable("--markdown", arguments.markdown, compare_files.TITLE)
+    require_replaceable("--junit", arguments.junit, JUNIT)
     use_metric_files(arguments.metric)
     comparison = compare.compare_folders(
         [arguments.baseline, *arguments.others],

@@ -306,9 +306,10 @@ def _look_at_log(arguments: argparse.Namespace) -> None:
 
 def _score(arguments: argparse.Namespace) -> None:
     from drake_navbench.studies.doctor.known_cases import read_cases, score_case
-    from drake_navbench.studies.doctor.score_page import score_page
-    from drake_navbench.typed_files.output_file import write_text
+    from drake_navbench.studies.doctor.score_page import TITLE, score_page
+    from drake_navbench.typed_files.output_file import require_replaceable, write_text
 
+    require_replaceable("--page", arguments.page, TITLE)
     if arguments.files:
         raise InputError(
             f"--score: takes the files of its cases from --files; leave out {arguments.files[0]}"

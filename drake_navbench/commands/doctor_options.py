@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 from pathlib import Path
+from typing import NoReturn
 
 from drake_navbench.commands.command_line import (
     CommandParser,
@@ -46,9 +47,19 @@ USED = {
 }
 
 
+class _DoctorParser(CommandParser):
+    """Tells, of words behind the options, where a complaint goes."""
+
+    def error(self, message: str) -> NoReturn:
+        """Prints one line, and exits."""
+        if message.startswith("unrecognized arguments"):
+            message += "; files go before the options, a complaint in words goes with --symptom"
+        super().error(message)
+
+
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
-    parser = CommandParser(
+    parser = _DoctorParser(
         prog="drake-navbench doctor",
         usage="drake-navbench doctor FILE [FILE ...] --out DIR [options]\n"
         "       drake-navbench doctor FILE [FILE ...] --read-only [options]\n"

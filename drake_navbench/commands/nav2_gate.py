@@ -104,8 +104,10 @@ def build_parser() -> argparse.ArgumentParser:
 def _gate(arguments: argparse.Namespace) -> int:
     from drake_navbench.analysis.paired_text import lost_lines, sentence, undecided_sentence
     from drake_navbench.studies.side_by_side import gate, gate_report
-    from drake_navbench.typed_files.output_file import write_text
+    from drake_navbench.typed_files.output_file import JUNIT, require_replaceable, write_text
 
+    require_replaceable("--markdown", arguments.markdown, gate_report.TITLE)
+    require_replaceable("--junit", arguments.junit, JUNIT)
     say = partial(print, file=sys.stderr, flush=True)
 
     def tell(line: str) -> None:

@@ -49,13 +49,14 @@ def build_parser() -> argparse.ArgumentParser:
 def _compare(arguments: argparse.Namespace) -> None:
     from drake_navbench.native.builds import find_build
     from drake_navbench.studies.side_by_side.parity import compare_port, ports_in
-    from drake_navbench.studies.side_by_side.parity_page import to_markdown
+    from drake_navbench.studies.side_by_side.parity_page import TITLE, to_markdown
     from drake_navbench.studies.side_by_side.planner_parity import compare_planners
-    from drake_navbench.typed_files.output_file import write_text
+    from drake_navbench.typed_files.output_file import require_replaceable, write_text
 
     def tell(line: str) -> None:
         print(printable(line), file=sys.stderr, flush=True)
 
+    require_replaceable("--out", arguments.out, TITLE)
     build = find_build(arguments.build)
     parities = [
         compare_port(

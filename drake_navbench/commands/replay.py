@@ -52,6 +52,8 @@ def build_parser() -> argparse.ArgumentParser:
 
 
 def _replay(arguments: argparse.Namespace) -> None:
+    from drake_navbench.typed_files.output_file import HTML, require_replaceable
+
     log = arguments.log
     if log.is_dir():
         from drake_navbench.analysis.worst_trial import worst_trial
@@ -62,6 +64,7 @@ def _replay(arguments: argparse.Namespace) -> None:
     for source in (log, arguments.beside, arguments.model):
         if source is not None and path.resolve() == source.resolve():
             raise InputError(f"--out {path}: would replace what is drawn; expected another file")
+    require_replaceable("--out", path, HTML)
     render(log, path, arguments.model, arguments.beside, tells_why=arguments.why)
     print(path)
 

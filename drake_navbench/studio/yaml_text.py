@@ -123,6 +123,7 @@ def _plain(value: Any) -> Any:
 def _node(value: Any) -> Any:
     """Returns a value for writing: points and short blocks on one line, all others on several."""
     from ruamel.yaml.comments import CommentedMap, CommentedSeq
+    from ruamel.yaml.scalarstring import SingleQuotedScalarString
 
     if isinstance(value, dict):
         block = CommentedMap({name: _node(entry) for name, entry in value.items()})
@@ -139,7 +140,21 @@ def _node(value: Any) -> Any:
         if _is_flat(value):
             entries.fa.set_flow_style()
         return entries
+    if isinstance(value, str) and not _is_read_as_text(value):
+        return SingleQuotedScalarString(value)
     return value
+
+
+def _is_read_as_text(value: str) -> bool:
+    """Tells whether the loader of scenarios reads a text without quotes as this text.
+
+    It takes words such as 'yes' or '1e3' for flags and numbers, which ruamel.yaml takes for texts.
+    """
+    try:
+        return bool(parse_yaml(f"text: {value}", "") == {"text": value})
+    except InputError:
+        # Of these ruamel.yaml knows, too, that they need quotes.
+        return True
 
 
 def _is_flat(value: Any) -> bool:

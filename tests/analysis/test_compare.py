@@ -269,6 +269,21 @@ def test_scenarios_and_robots_that_differ_are_named(folders, tmp_path, capsys):
     assert "empty.yaml: cannot be read: " in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("option", ["--html", "--markdown", "--junit"])
+def test_only_an_earlier_output_of_the_option_is_replaced(folders, tmp_path, capsys, option):
+    pair = [str(folders["main"]), str(folders["main"]), "--jobs", "1"]
+    manifest, own = tmp_path / "manifest.json", tmp_path / "own"
+    manifest.write_text('{"scenarios": []}')
+    own.touch()
+    assert command.main([*pair, option, str(manifest)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"{option} {manifest}: is another file, which does not begin with " in line
+    assert manifest.read_text() == '{"scenarios": []}'
+    # The empty file is written, then replaced.
+    assert [command.main([*pair, option, str(own)]) for _ in range(2)] == [0, 0]
+    assert own.stat().st_size > 0
+
+
 def test_the_path_of_the_page_is_told(folders, tmp_path, capsys):
     page = tmp_path / "page.html"
     pair = [str(folders["main"]), str(folders["main"]), "--jobs", "1"]

@@ -104,3 +104,8 @@ def test_the_extra_is_asked_for_in_one_line(monkeypatch, tmp_path: Path, capsys)
     assert capsys.readouterr().err.splitlines() == [
         "studio: needs ruamel.yaml; install it with: pip install 'drake-navbench[studio]'"
     ]
+
+
+@pytest.mark.parametrize("words", ["yes", "1e3", "012", "0x10", "null", "a: b", "it's"])
+def test_words_that_look_like_another_value_are_saved_as_text(words):
+    assert parse_yaml(updated_text("a: 1\n", {"a": words}, "own"), "own") == {"a": words}

@@ -15,13 +15,13 @@ HEADING = "To try on the robot, one at a time, the likeliest first"
 
 def cure_label(cure: Judged) -> str:
     """Returns the label of a change that is shown to help."""
-    return f"Shown by driving: {_counts(cure)}; {price_told(cure).rstrip(',')}."
+    return f"Shown by driving: {_counts(cure)}; {price_told(cure)}."
 
 
 def offer_label(offer: Offer) -> str:
     """Returns the label of a change to try, in a few sentences."""
     if offer.kind is Kind.TRADE and offer.judged is not None:
-        price = price_told(offer.judged).rstrip(",").removeprefix("this has a price: ")
+        price = price_told(offer.judged).removeprefix("this has a price: ")
         return f"Shown by driving, at a price: {_counts(offer.judged)}; but {price}."
     what = _helped(offer.tried) if offer.kind is Kind.HELPED else "Not shown by driving."
     why = next(iter(offer.tried.suspicion.reasons), "").rstrip(".")

@@ -14,6 +14,7 @@ from drake_navbench.studies.doctor.known_cases import (
     scores_without_skill,
 )
 
+TITLE = "# The doctor on known cases"
 HEAD = "| cases | number | first | among three | first | among three |\n|---|---|---|---|---|---|"
 
 
@@ -31,7 +32,7 @@ def scores(scored: Sequence[Scored], cases: Sequence[Case]) -> list[Score]:
 
 def score_page(scored: Sequence[Scored], cases: Sequence[Case]) -> str:
     """Returns the page as Markdown."""
-    lines = ["# The doctor on known cases", "", HEAD]
+    lines = [TITLE, "", HEAD]
     lines += [row.text for row in scores(scored, cases)]
     lines += ["", "## Case by case", ""]
     for entry in scored:

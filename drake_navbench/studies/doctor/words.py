@@ -197,8 +197,9 @@ def _cured(cure: Judged) -> str:
     return (
         f"The change: {change_told(cure.trial)}. On fresh seeds, which the search did not use, "
         f"{cure.before_target} of {cure.target_trials} trials showed it before and "
-        f"{cure.after_target} after; {price_told(cure)} in the {cure.compared} trials "
-        f"of {'the' if cure.undriven else 'all'} probes that did not end early before."
+        f"{cure.after_target} after. In the {cure.compared} trials of "
+        f"{'the' if cure.undriven else 'all'} probes that did not end early before, "
+        f"{price_told(cure)}."
         f"{touched}{instead}{_judgement_cut_short(cure)}"
     )
 
@@ -285,7 +286,7 @@ def price_told(cure: Judged) -> str:
         f"change in {cure.before[name]}"
         for name in cure.worse
     )
-    return f"this has a price: {prices},"
+    return f"this has a price: {prices}"
 
 
 def _why_not(visit: Visit) -> str:

@@ -30,11 +30,13 @@ from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.logs.text_tables import markdown_table
 from drake_navbench.studies.side_by_side.gate import GateResult, Side, column_of
 
+TITLE = "# Nav2 gate:"
+
 
 def to_markdown(result: GateResult) -> str:
     """Returns a result's page: the verdict, the changes, and the smallest change that shows."""
     lines = [
-        f"# Nav2 gate: {result.light}",
+        f"{TITLE} {result.light}",
         "",
         f"Base: {_side(result.base)}. Head: {_side(result.head)}.",
         "",

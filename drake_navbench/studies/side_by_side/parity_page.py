@@ -13,6 +13,7 @@ from drake_navbench.studies.side_by_side.likeness import Likeness
 from drake_navbench.studies.side_by_side.parity import DecisionResult, Parity, TrialResult
 from drake_navbench.studies.side_by_side.planner_parity import PlannerParity, PlanResult
 
+TITLE = "# Ports and originals:"
 SHOWN = 5
 # Known reasons why a port does not drive like its original to the last bit.
 REASONS: Mapping[str, str] = {
@@ -39,7 +40,7 @@ def to_markdown(
 ) -> str:
     """Returns the page of a build."""
     lines = [
-        f"# Ports and originals: `{build.name}`",
+        f"{TITLE} `{build.name}`",
         "",
         f"Nav2 {build.where_from}, compiled by {build.compiler}. Each cell counts what is "
         f"{', '.join(Likeness)}.",

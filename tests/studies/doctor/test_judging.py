@@ -279,7 +279,10 @@ def test_a_touch_outweighs_what_comes_instead_and_the_price_is_told(patient):
     # Of two that help the one without a price is the change.
     assert visited.cure is found
     visited.judged = [priced]
-    told = "(door_stop) in 3 trials, before the change in 1, in the 4 trials"
+    told = "(door_stop) in 3 trials, before the change in 1."
+    assert "0 after. In the 4 trials of all probes that did not end early before, " in verdict(
+        visited
+    )
     assert told in verdict(visited)
     # A robot that spins and then stops in a door is no better off.
     assert not replace(priced, symptom=Symptom.SPINS).helps

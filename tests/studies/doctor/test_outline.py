@@ -103,6 +103,25 @@ def test_an_outline_that_is_too_short_ahead_keeps_its_room_behind(patient, front
         assert sorted(corners) == [[-0.6, -side], [-0.6, side], [told, -side], [told, side]]
 
 
+@pytest.mark.parametrize("front_m", [0.5, 0.5004])
+def test_the_cure_has_no_corner_between_two_others_on_one_line(patient, front_m):
+    """The corner at x = 0.2 m lies 0.4 mm off the left side, which is less than is written."""
+    own = patient(
+        f"footprint: [[-0.1, -0.25], [{front_m}, -0.25], [{front_m}, 0.25], [0.2, 0.2504], "
+        "[-0.1, 0.25]]",
+        0.25,
+    )
+    content = yaml.safe_load(own.paths[0].read_text())
+    for costmap in ("local_costmap", "global_costmap"):
+        block = content[costmap][costmap]["ros__parameters"]
+        del block["robot_radius"]
+        block["footprint"] = "[[-0.2, -0.25], [0.1, -0.25], [0.1, 0.25], [-0.2, 0.25]]"
+    own.paths[0].write_text(yaml.safe_dump(content))
+    own = Patient(own.paths, own.robot, {}, "jazzy")
+    corners = yaml.safe_load(first_change(own)["local_costmap.footprint"])
+    assert sorted(corners) == [[-0.2, -0.25], [-0.2, 0.25], [0.5, -0.25], [0.5, 0.25]]
+
+
 def test_a_model_is_read_with_the_packages_of_another_folder(patient, tmp_path, capsys):
     parts = tmp_path / "ws" / "parts"
     parts.mkdir(parents=True)

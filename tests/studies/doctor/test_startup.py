@@ -333,3 +333,9 @@ def test_a_complaint_in_place_of_a_file_is_told_where_it_goes(tmp_path, capsys):
     assert main([str(tmp_path / "nav2.yaml"), "it wobbles", "--read-only"]) == 2
     told = capsys.readouterr().err.strip()
     assert told == "it wobbles: no such file; a complaint in words goes with --symptom"
+    with pytest.raises(SystemExit, match="2"):
+        main([str(tmp_path / "nav2.yaml"), "--read-only", "it wobbles"])
+    assert capsys.readouterr().err.strip() == (
+        "drake-navbench doctor: unrecognized arguments: it wobbles; files go before the options, "
+        "a complaint in words goes with --symptom"
+    )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import shapely
 
 from drake_navbench.inputs.robot import Robot
@@ -18,7 +19,7 @@ S = Symptom
 # A body whose outer circle is at most so much larger than its inner one counts as round.
 ROUND = 1.2
 # The outline is written to a millimetre.
-DECIMALS = 3
+PER_M = 1000
 
 
 def _body(f: Facts) -> Robot:
@@ -66,10 +67,12 @@ def _footprint(f: Facts) -> Any:
         return None
     robot = _body(f)
     corners = [*map(tuple, robot.outline)]
-    if robot.footprint is not None:
-        hull = shapely.MultiPoint([*corners, *robot.footprint]).convex_hull
-        corners = list(shapely.get_coordinates(hull)[:-1])
-    return str([[round(float(v), DECIMALS) for v in corner] for corner in corners])
+    if robot.footprint is None:
+        return str(np.round(corners, 3).tolist())
+    # The hull of whole millimetres has no corner between two others on one line.
+    points_mm = np.rint(np.array([*corners, *robot.footprint], dtype=float) * PER_M)
+    hull = shapely.MultiPoint(points_mm).convex_hull
+    return str((shapely.get_coordinates(hull)[:-1] / PER_M).tolist())
 
 
 RULES = (
