@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from drake_navbench.analysis.numbers import counted
 from drake_navbench.studies.doctor.causes import Cause, with_short_outlines
 from drake_navbench.studies.doctor.change_words import cause_told, change_told, name_of_place
 from drake_navbench.studies.doctor.cures import Trial, told_with_step
@@ -177,11 +178,10 @@ def _probes(visit: Visit, symptom: Symptom) -> str:
 def _cured(cure: Judged) -> str:
     instead = ""
     if cure.instead:
-        names = ", ".join(f"{name} in {count}" for name, count in cure.instead.items())
-        instead = (
-            " In trials that ended early before, by a touch or stuck, the robot now shows: "
-            f"{names} trials."
+        shown = ", ".join(
+            f"{name} in {counted(count, 'trial')}" for name, count in cure.instead.items()
         )
+        instead = f" In trials that ended early before, by a touch or stuck, it now shows: {shown}."
     touches = (cure.before[Symptom.COLLISION], cure.after[Symptom.COLLISION])
     touched = ""
     if any(touches):
@@ -282,8 +282,8 @@ def price_told(cure: Judged) -> str:
     if not cure.worse:
         return "no other symptom became worse"
     prices = "; ".join(
-        f"the robot {LOOKS_LIKE[Symptom(name)]} ({name}) in {cure.after[name]} trials, before the "
-        f"change in {cure.before[name]}"
+        f"the robot {LOOKS_LIKE[Symptom(name)]} ({name}) in "
+        f"{counted(cure.after[name], 'trial')}, before the change in {cure.before[name]}"
         for name in cure.worse
     )
     return f"this has a price: {prices}"

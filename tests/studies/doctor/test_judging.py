@@ -284,6 +284,9 @@ def test_a_touch_outweighs_what_comes_instead_and_the_price_is_told(patient):
         visited
     )
     assert told in verdict(visited)
+    one = replace(priced, instead={"too_slow": 1, "no_start": 2})
+    visited.judged = [one]
+    assert verdict(visited).endswith("it now shows: too_slow in 1 trial, no_start in 2 trials.")
     # A robot that spins and then stops in a door is no better off.
     assert not replace(priced, symptom=Symptom.SPINS).helps
 
