@@ -120,7 +120,7 @@ def _touches_seen(visit: Visit) -> str:
         return ""
     return (
         f" Worse, it touches something in {_probes(visit, Symptom.COLLISION)}: "
-        "`--symptom collision` treats that."
+        "--symptom collision treats that."
     )
 
 

@@ -155,7 +155,7 @@ def test_who_asks_for_near_misses_is_told_of_touches(patient):
     }
     told = " Worse, it touches something in 17 of 17 probes (a door 0.2 m wider than the robot; "
     assert told in asked[Symptom.NEAR_MISS]
-    assert "`--symptom collision` treats that." in asked[Symptom.NEAR_MISS]
+    assert "--symptom collision treats that." in asked[Symptom.NEAR_MISS]
     assert "Worse, it touches" not in asked[Symptom.COLLISION]
 
 
