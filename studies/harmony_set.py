@@ -52,7 +52,6 @@ goes on where FILE ends; --judge FILE drives nothing. The rule was committed bef
 from __future__ import annotations
 
 import argparse
-import hashlib
 import sys
 import tempfile
 from pathlib import Path
@@ -69,13 +68,13 @@ from scipy import stats
 
 from drake_navbench.campaign.trial_tasks import table_row
 from drake_navbench.controllers.harmony import HarmonyParameters
-from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.outcome import Outcome
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import drive
 
 # The name of a column in a pair of columns.
 WITHOUT = "without"
+TESTS = Path(__file__).parents[1] / "tests"
 UNITS = range(127, 131)
 END_SPEED = judgement.Measure("end_speed_mps", 1.0, absolute=0.05)
 MEASURES = {
@@ -105,19 +104,13 @@ def trials(folder: Path, units: range, rounds: range) -> list[tuple[str, str, Tr
 
 def driven_row(spec: TrialSpec, parts: tuple[str, ...]) -> dict[str, Any]:
     """Returns the row of a trial of harmony driven without some parts."""
+    sys.path.insert(0, str(TESTS / "trial"))
+    from digests import digest
+
     with without(parts):
         log = drive(spec)
     speed = abs(float(log.samples["v_mps"].iloc[-1]))
     return table_row(log) | {"digest": digest(log), "end_speed_mps": speed}
-
-
-def digest(log: TrialLog) -> str:
-    """Returns the first 16 digits of a SHA-256 over the samples' bytes, compute times apart."""
-    found = hashlib.sha256()
-    for name, column in log.samples.items():
-        if not str(name).startswith("compute_"):
-            found.update(str(name).encode() + column.to_numpy().tobytes())
-    return found.hexdigest()[:16]
 
 
 def drive_missing(path: Path, units: range, rounds: range, parts: tuple[str, ...]) -> None:
@@ -141,7 +134,7 @@ def drive_missing(path: Path, units: range, rounds: range, parts: tuple[str, ...
 
 def dead_ends(count: int, parts: tuple[str, ...]) -> None:
     """Prints how drives into the dead end of the test suite end, with the parts and without."""
-    sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "controllers" / "harmony"))
+    sys.path.insert(0, str(TESTS / "controllers" / "harmony"))
     from harmony_worlds import ERROR_M, drive_among
     from test_harmony_detour import DEAD_END, SIDES
 

@@ -27,7 +27,8 @@ def main(columns: tuple[str, ...]) -> None:
     try:
         presets = [load_preset(column) for column in columns]
     except InputError as error:
-        sys.exit(f"compiling.py: {error}")
+        print(f"compiling.py: {error}", file=sys.stderr)
+        sys.exit(2)
     total_s = 0.0
     for column, preset in zip(columns, presets, strict=True):
         scenario = load_scenario(SCENARIO).model_copy(update={"timeout_s": 0.1})

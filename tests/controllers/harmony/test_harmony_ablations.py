@@ -2,22 +2,13 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import pandas as pd
 import pytest
 
-STUDIES = Path(__file__).parents[3] / "studies"
-
 
 @pytest.fixture(scope="module")
-def ablations():
-    sys.path.insert(0, str(STUDIES))
-    import harmony_ablations
-
-    sys.path.remove(str(STUDIES))
-    return harmony_ablations
+def ablations(study):
+    return study("harmony_ablations")
 
 
 def rows_of(column, times_s, *, family="s_curve", outcome="succeeded", jerk=0.3):

@@ -2,23 +2,14 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 import pytest
 
-STUDIES = Path(__file__).parents[3] / "studies"
-
 
 @pytest.fixture(scope="module")
-def judgement():
-    sys.path.insert(0, str(STUDIES))
-    import harmony_judgement
-
-    sys.path.remove(str(STUDIES))
-    return harmony_judgement
+def judgement(study):
+    return study("harmony_judgement")
 
 
 def rows_of(controller, times_s, *, scenario="empty", outcome="succeeded", path_error_m=0.02):

@@ -2,22 +2,13 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import pandas as pd
 import pytest
 
-STUDIES = Path(__file__).parents[3] / "studies"
-
 
 @pytest.fixture(scope="module")
-def living():
-    sys.path.insert(0, str(STUDIES))
-    import harmony_living
-
-    sys.path.remove(str(STUDIES))
-    return harmony_living
+def living(study):
+    return study("harmony_living")
 
 
 def rows_of(column, times_s):

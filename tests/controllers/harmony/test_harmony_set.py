@@ -2,22 +2,13 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import pandas as pd
 import pytest
 
-STUDIES = Path(__file__).parents[3] / "studies"
-
 
 @pytest.fixture(scope="module")
-def parts_set():
-    sys.path.insert(0, str(STUDIES))
-    import harmony_set
-
-    sys.path.remove(str(STUDIES))
-    return harmony_set
+def parts_set(study):
+    return study("harmony_set")
 
 
 def rows_of(column, digests, *, family="s_curve", outcome="succeeded", time_s=20.0, speed_mps=0.3):
@@ -76,8 +67,12 @@ def test_what_is_lost_is_told_in_parts_of_the_margin(parts_set):
 
 
 def test_the_parts_that_are_left_can_be_taken_out(parts_set):
+    replaced = [place for name in parts_set.SET for place in parts_set.PARTS[name].replaced]
+    assert len(replaced) >= len(parts_set.SET)
+    as_they_are = [getattr(owner, name) for owner, name, _ in replaced]
     with parts_set.without(tuple(parts_set.SET)):
-        pass
+        assert all(getattr(owner, name) is value for owner, name, value in replaced)
+    assert [getattr(owner, name) for owner, name, _ in replaced] == as_they_are
 
 
 def test_a_missing_file_of_rows_is_one_line(parts_set, monkeypatch, capsys):
