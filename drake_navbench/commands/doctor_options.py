@@ -48,7 +48,7 @@ USED = {
 
 
 class _DoctorParser(CommandParser):
-    """Tells, of words behind the options, where a complaint goes."""
+    """The parser of `doctor`; its error on words behind the options names --symptom."""
 
     def error(self, message: str) -> NoReturn:
         """Prints one line, and exits."""

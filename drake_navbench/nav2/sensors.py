@@ -180,7 +180,10 @@ def _is_lidar(names: str) -> bool:
 
 
 def is_full_turn(span_rad: float) -> bool:
-    """Tells whether a field of view is a whole turn: 6.28, and all beams but the last gap, are."""
+    """Tells whether a field of view is a whole turn, within 0.02 rad.
+
+    So is 6.28, and the turn of 360 beams without the gap behind the last one.
+    """
     return math.isclose(span_rad, 2.0 * math.pi, abs_tol=0.02)
 
 

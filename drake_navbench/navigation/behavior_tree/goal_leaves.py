@@ -39,9 +39,9 @@ class GoalsLeaf(Leaf):
         self._needs_statuses = lists.needs_statuses
 
     def _take_out(self, goals: Poses, state: PoseState) -> bool:
-        """Notes what became of goals, or of none of them where the node may not go on.
+        """Gives goals a state on the board; gives none of them one if a status is missing.
 
-        Returns whether it may.
+        Returns False in that case, in which the node fails.
         """
         before = self.board.values.task_poses
         for goal in goals:

@@ -112,7 +112,7 @@ class Candidates:
     def scaled(
         self, suspicion: Suspicion, trial: Trial, shares: Sequence[float]
     ) -> list[Candidate]:
-        """Returns the changes that go such shares of a change's way."""
+        """Returns a change made smaller or larger by each share, as `cures.scaled`."""
         trials = [scaled(trial, self._facts, share) for share in shares]
         found = [self.of_trial(suspicion, each)[0] for each in trials if each is not None]
         return [candidate for candidate in found if candidate is not None]

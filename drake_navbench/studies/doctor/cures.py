@@ -151,7 +151,7 @@ def _side_that_follows(cause: Cause, place: str, new: Any, facts: Facts) -> str:
 
 
 def scaled(trial: Trial, facts: Facts, share: float) -> Trial | None:
-    """Returns a change of one number that goes this share of its way; None if it is none.
+    """Returns a change of one number made smaller or larger by a share; None if it has no number.
 
     The way is a factor: from 3.0 to 1.5 half of it leads to 2.12, half as much again to 1.06.
     """

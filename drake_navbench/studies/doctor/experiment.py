@@ -115,7 +115,7 @@ class Experiment:
             self._together(helpful)
 
     def further(self, entry: Tried, shares: Sequence[float]) -> list[Tried]:
-        """Returns the effects of going such shares of a change's way."""
+        """Drives a change with each share of its step (`cures.scaled`); returns each effect."""
         if entry.trial is None:
             return []
         batch = self.candidates.scaled(entry.suspicion, entry.trial, shares)
